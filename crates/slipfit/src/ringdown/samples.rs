@@ -2,7 +2,7 @@
 
 use super::criteria::Criteria;
 use super::options::Options;
-use super::spikes::spikes;
+use super::spikes::not_of_the_motion;
 use super::unresolved::{may_be_unresolved, resolved};
 use crate::error::BEYOND_NUMBERS;
 use crate::motion::decay::window::Observable;
@@ -30,7 +30,7 @@ pub(crate) struct Samples<'a> {
     /// Variance of the noise about the frequency of the motion over that inside single cycles, where an
     /// earlier look has shown more; else 1.
     pub(crate) noise_inflation: f64,
-    /// Instants of the spikes left out, s.
+    /// Instants of the spikes and lost samples left out, s.
     pub(crate) spikes_s: Vec<f64>,
     /// Whether the level of a rest is that at which friction holds the mass; not where a baseline was subtracted.
     pub(crate) level_known: bool,
@@ -55,11 +55,13 @@ fn observable(kind: SignalKind) -> Observable {
 }
 
 impl<'a> Samples<'a> {
-    /// The part of the record between `start_s` and `end_s` without its spikes, inside the band if one is given.
+    /// The part of the record between `start_s` and `end_s` without its spikes and lost samples, inside the band if one is given.
     pub(crate) fn prepare(record: &'a Record, options: &Options, criteria: &Criteria) -> Result<Self, Error> {
         let mut samples = Self::between(record, options.start_s, options.end_s)?;
         if record.kind().oscillates() {
-            samples.leave_out(&spikes(&samples.time, &samples.signal, &criteria.spikes));
+            let repeats = || samples.converter_step(criteria.blocks.distinct_values) > 0.0;
+            let left_out = not_of_the_motion(&samples.time, &samples.signal, repeats, &criteria.spikes);
+            samples.leave_out(&left_out);
             if let Some(band) = options.band_hz {
                 samples.signal = Cow::Owned(spectrum::band_pass(&samples.time, &samples.signal, band));
             } else if options.end_s.is_none() {
@@ -161,14 +163,14 @@ impl<'a> Samples<'a> {
     }
 
     /// Leaves out some of the samples, ascending.
-    fn leave_out(&mut self, spikes: &[usize]) {
-        if spikes.is_empty() {
+    fn leave_out(&mut self, left_out: &[usize]) {
+        if left_out.is_empty() {
             return;
         }
-        self.spikes_s = spikes.iter().map(|i| self.time[*i]).collect();
+        self.spikes_s = left_out.iter().map(|i| self.time[*i]).collect();
         let kept = |column: &[f64]| {
-            let mut left_out = spikes.iter().copied().peekable();
-            let rest = column.iter().enumerate().filter(|(i, _)| left_out.next_if_eq(i).is_none());
+            let mut next = left_out.iter().copied().peekable();
+            let rest = column.iter().enumerate().filter(|(i, _)| next.next_if_eq(i).is_none());
             rest.map(|(_, v)| *v).collect()
         };
         self.time = Cow::Owned(kept(&self.time));

@@ -1,4 +1,4 @@
-//! Spikes: single samples far off the motion that their neighbours show.
+//! Spikes, single samples far off the motion that their neighbours show, and lost samples.
 
 use super::criteria::SpikeCriteria;
 use crate::numeric::robust::deviation;
@@ -12,13 +12,49 @@ const GATE: f64 = 20.0;
 /// Neighbours on either side that tell where a sample should lie.
 const REACH: usize = 2;
 
-/// The spikes among the samples, ascending; none where they are many: what happens again and again is part of the
-/// motion, or of its sensor.
+/// The samples that show no motion, ascending: spikes, none where they are many, since what happens again and again is
+/// part of the motion or of its sensor; and lost samples.
+///
+/// Several spikes with one value to the last digit tell the value that stands for a lost sample, wherever it occurs: a
+/// dropout to zero is far off an early swing and hides in a late one, which it makes smaller as friction does. Where
+/// values repeat by themselves, in the steps of a converter, they tell nothing.
+pub(crate) fn not_of_the_motion(
+    time: &[f64],
+    signal: &[f64],
+    repeats: impl FnOnce() -> bool,
+    criteria: &SpikeCriteria,
+) -> Vec<usize> {
+    let n = signal.len() as f64;
+    let mut spikes = spikes(time, signal, criteria);
+    let lost = repeated_value(signal, &spikes, criteria.least_lost).filter(|_| !repeats());
+    let is_lost = |i: &usize| Some(signal[*i]) == lost;
+    let all_lost: Vec<usize> = (0..signal.len()).filter(|i| lost.is_some() && is_lost(i)).collect();
+    if all_lost.len() as f64 > criteria.most_lost * n {
+        return if spikes.len() as f64 > criteria.most_part * n { Vec::new() } else { spikes };
+    }
+    spikes.retain(|i| !is_lost(i));
+    if spikes.len() as f64 > criteria.most_part * n {
+        spikes.clear();
+    }
+    spikes.extend(all_lost);
+    spikes.sort_unstable();
+    spikes
+}
+
+/// The value that most of some samples have, at least so many.
+fn repeated_value(signal: &[f64], samples: &[usize], least: usize) -> Option<f64> {
+    let mut values: Vec<f64> = samples.iter().map(|i| signal[*i]).collect();
+    values.sort_unstable_by(f64::total_cmp);
+    let runs = values.chunk_by(|a, b| a == b);
+    runs.max_by_key(|run| run.len()).filter(|run| run.len() >= least).map(|run| run[0])
+}
+
+/// The spikes among the samples, ascending.
 ///
 /// A sample between neighbours two on either side lies near `(4 (x₋₁ + x₊₁) - (x₋₂ + x₊₂))/6`, which a cubic does
 /// exactly. A spike is off by many deviations of what its surroundings are off by, and off both of its neighbours, to
 /// the same side, by more than these are off theirs: a step and the crest of a wave are not.
-pub(crate) fn spikes(time: &[f64], signal: &[f64], criteria: &SpikeCriteria) -> Vec<usize> {
+fn spikes(time: &[f64], signal: &[f64], criteria: &SpikeCriteria) -> Vec<usize> {
     let n = signal.len();
     let mut found = Vec::new();
     let mut off = [0.0; WINDOW];
@@ -42,9 +78,6 @@ pub(crate) fn spikes(time: &[f64], signal: &[f64], criteria: &SpikeCriteria) -> 
             found.extend((from..end).filter(is_spike));
         }
         from = end;
-    }
-    if found.len() as f64 > criteria.most_part * n as f64 {
-        found.clear();
     }
     found
 }
@@ -97,35 +130,37 @@ mod tests {
         time().iter().enumerate().map(|(i, t)| decay.displacement(*t) + noise * jitter(i, seed)).collect()
     }
 
+    fn left_out(time: &[f64], signal: &[f64]) -> Vec<usize> {
+        not_of_the_motion(time, signal, || false, &SpikeCriteria::default())
+    }
+
     #[test]
     fn spikes_are_found_and_nothing_else() {
-        let criteria = SpikeCriteria::default();
         for noise in [0.0, 1e-6, 1e-3] {
             let mut signal = motion(noise, 1);
-            assert_eq!(spikes(&time(), &signal, &criteria), [0usize; 0], "noise {noise}");
+            assert_eq!(left_out(&time(), &signal), [0usize; 0], "noise {noise}");
             SPIKES.iter().for_each(|(i, size)| signal[*i] += size);
             // The last sample but one has one neighbour too few.
-            assert_eq!(spikes(&time(), &signal, &criteria), [300, 557, 1200], "noise {noise}");
+            assert_eq!(left_out(&time(), &signal), [300, 557, 1200], "noise {noise}");
         }
     }
 
     #[test]
     fn steps_quanta_and_frequent_ones_are_kept() {
-        let criteria = SpikeCriteria::default();
         let quantised: Vec<f64> = motion(1e-4, 2).iter().map(|x| (x / 2e-3).round() * 2e-3).collect();
-        assert_eq!(spikes(&time(), &quantised, &criteria), [0usize; 0]);
+        assert_eq!(left_out(&time(), &quantised), [0usize; 0]);
         let stepped: Vec<f64> =
             motion(1e-4, 3).iter().enumerate().map(|(i, x)| x + if i < 1000 { 1.0 } else { 0.0 }).collect();
-        assert_eq!(spikes(&time(), &stepped, &criteria), [0usize; 0]);
+        assert_eq!(left_out(&time(), &stepped), [0usize; 0]);
         let clicking: Vec<f64> = motion(1e-4, 4)
             .iter()
             .enumerate()
             .map(|(i, x)| x + if i % 25 == 0 { 0.1 } else { 0.0 })
             .collect();
-        assert_eq!(spikes(&time(), &clicking, &criteria), [0usize; 0]);
+        assert_eq!(left_out(&time(), &clicking), [0usize; 0]);
         for signal in [vec![], vec![1.0; 4], vec![1e300, -1e300, 1e300, -1e300, 1e300, 0.0]] {
             let time: Vec<f64> = (0..signal.len()).map(|i| i as f64).collect();
-            assert_eq!(spikes(&time, &signal, &criteria), [0usize; 0]);
+            assert_eq!(left_out(&time, &signal), [0usize; 0]);
         }
     }
 
@@ -146,5 +181,23 @@ mod tests {
         let told = spiked.warnings.iter().find(|w| w.code() == "spikes");
         assert!(matches!(told, Some(Warning::Spikes { samples: 3, .. })), "{told:?}");
         assert!(clean.warnings.iter().all(|w| w.code() != "spikes"));
+    }
+
+    #[test]
+    fn samples_lost_to_zero_are_left_out_of_early_and_late_swings() {
+        let lost = |i: &usize| [0, 1, 2, 3, 17, 18].contains(&(i * 7919 % 301));
+        for noise in [0.0, 1e-4, 1e-3] {
+            let signal: Vec<f64> =
+                motion(noise, 6).iter().enumerate().map(|(i, x)| if lost(&i) { 0.0 } else { *x }).collect();
+            let all: Vec<usize> = (0..signal.len()).filter(lost).collect();
+            assert_eq!(left_out(&time(), &signal), all, "noise {noise}");
+            // Zeros of a converter are samples like others.
+            let found = not_of_the_motion(&time(), &signal, || true, &SpikeCriteria::default());
+            assert!(found.len() < all.len(), "{}", found.len());
+        }
+        // Zeros in half of the samples are the signal.
+        let half: Vec<f64> =
+            motion(1e-3, 7).iter().enumerate().map(|(i, x)| if i % 2 == 0 { 0.0 } else { *x }).collect();
+        assert_eq!(left_out(&time(), &half), [0usize; 0]);
     }
 }

@@ -11,6 +11,10 @@ criteria! {
         step_range: f64 = 1.5, source "no gap lies beside it", moves "spread in records with spikes";
         /// Part of the samples that may be spikes.
         most_part: f64 = 0.02, source "one in fifty; more are part of the signal", moves "spread in records with spikes";
+        /// Spikes with one value to the last digit that stands for lost samples.
+        least_lost: usize = 3, source "noise does not repeat a value once", moves "bias in records with dropouts";
+        /// Part of the samples that may be lost.
+        most_lost: f64 = 0.1, source "one in ten; more are part of the signal", moves "bias in records with dropouts";
     }
 }
 
