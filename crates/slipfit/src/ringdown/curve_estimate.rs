@@ -4,8 +4,11 @@ use super::Answer;
 use super::criteria::SensorCriteria;
 use super::samples::Samples;
 use super::sensor_curve::SensorCurve;
+use crate::Parameter;
 use crate::inference::least_squares::{Normal, linear_of};
 use crate::model::displacement::{Coordinate, DisplacementUnit};
+use crate::signal::noise_density::density_near;
+use std::ops::Range;
 
 /// Columns of what is left of a reading, that of saturation last.
 const COLUMNS: usize = SATURATION + 1;
@@ -57,6 +60,16 @@ pub(super) fn of_pendulum(answer: &Answer) -> Option<f64> {
     (!angle).then_some(8.0 / 3.0 * falls)
 }
 
+/// Density of what a fitted motion leaves beside its harmonics over that of white noise, at least 1.
+fn excess_over_white(samples: &Samples, range: Range<usize>, answer: &Answer) -> f64 {
+    let time = &samples.time[range.clone()];
+    let left: Vec<f64> =
+        time.iter().zip(&samples.signal[range]).map(|(t, s)| s - answer.fit.signal_at(*t)).collect();
+    let frequency_hz = answer.parameter(Parameter::Frequency).map_or(f64::NAN, |q| q.value);
+    let density = density_near(time, &left, frequency_hz);
+    density.map_or(1.0, |d| d.least_ratio_at_harmonics()).max(1.0)
+}
+
 /// What bends the reading of a fitted motion, by its harmonics; `None` where they are not those of a curve. What is left of
 /// one that was `found` counts however small it is.
 ///
@@ -78,6 +91,7 @@ pub(super) fn bend(
         return None;
     }
     let so_far = found.copied().unwrap_or_default();
+    let coloured = excess_over_white(samples, range.clone(), answer);
     let sums = |falls: Falls| {
         let mut sums = Normal::zeros(COLUMNS);
         for (t, s) in samples.time[range.clone()].iter().zip(&samples.signal[range.clone()]) {
@@ -97,7 +111,8 @@ pub(super) fn bend(
     let (c, covariance, rss) = linear_of(&by_powers, &unsaturated)?;
     let free = COLUMNS + answer.parameters.iter().count();
     let dof = range.len().checked_sub(free).filter(|n| *n > 0)? as f64;
-    let variance = rss / dof;
+    // Noise that is stronger at low frequencies makes harmonics of its own.
+    let variance = coloured * rss / dof;
     let error = |i: usize| (variance * covariance[(i, i)]).sqrt();
     let in_phase =
         |i: usize| c[i].abs() + criteria.phase_errors * error(i + 1) > criteria.in_phase * c[i + 1].abs();

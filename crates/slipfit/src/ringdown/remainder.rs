@@ -6,6 +6,7 @@ use super::wandering_phase::WanderingPhase;
 use super::waveform::{OMEGA, Waveform};
 use crate::inference::least_squares::Fit;
 use crate::inference::noise::{autocorrelation, significant_inflation};
+use crate::numeric::sum_of;
 use crate::signal::blocks::{self, Block};
 use crate::signal::noise_density::density_near;
 use std::f64::consts::TAU;
@@ -21,6 +22,8 @@ pub(super) struct Remainder {
     /// Density of all residuals about the frequency of the motion over that of white noise, less its
     /// own standard error.
     coloured: f64,
+    /// The same beside its harmonics.
+    coloured_at_harmonics: f64,
     /// Variance of white noise with the density that they have at the lowest frequencies.
     pub(super) low_frequency: f64,
 }
@@ -65,13 +68,14 @@ impl Remainder {
         let (in_phase, quadrature): (Vec<f64>, Vec<f64>) =
             remaining_fundamental(problem, first, &residual, fit, points).into_iter().unzip();
         let density = density_near(problem.time, &residual, fit.parameters[OMEGA] / TAU);
-        let coloured = density.map_or(0.0, |d| d.ratio * (1.0 - (2.0 / d.degrees).sqrt()));
+        let coloured = density.map_or(0.0, |d| d.least_ratio());
         Self {
             in_phase: Fundamental::new(&in_phase, variance),
             quadrature: Fundamental::new(&quadrature, variance),
             variance,
             low_frequency: variance * density.map_or(0.0, |d| d.lowest),
             coloured,
+            coloured_at_harmonics: density.map_or(0.0, |d| d.least_ratio_at_harmonics()),
             residual,
         }
     }
@@ -160,14 +164,22 @@ pub(super) fn harmonics(
         let left = blocks::demodulate(problem.time, &left.residual, &inside, &phases);
         left.into_iter().map(|b| (relative(&b), b)).collect::<Vec<(f64, Block)>>()
     };
+    // Noise that is stronger at low frequencies, or in large swings, makes harmonics of its own.
+    let coloured = left.coloured_at_harmonics.max(1.0);
+    let variance_in = |b: &Block| {
+        let residual = &left.residual[b.first..b.end];
+        sum_of(residual, |r| r * r) / residual.len().max(1) as f64
+    };
     // The part that goes with a power of the amplitude, and its standard error.
     let part = |blocks: &[(f64, Block)], power: i32, of: fn(&Block) -> f64| {
-        let (mut along, mut square) = (0.0, 0.0);
+        let (mut along, mut square, mut scatter) = (0.0, 0.0, 0.0);
         for (relative, b) in blocks {
+            let weight = relative.powi(2 * power) / b.unit_variance;
             along += of(b) * relative.powi(power) / b.unit_variance;
-            square += relative.powi(2 * power) / b.unit_variance;
+            square += weight;
+            scatter += weight * variance_in(b);
         }
-        (along / square, (left.variance / square).sqrt())
+        (along / square, (coloured * scatter.max(left.variance * square)).sqrt() / square)
     };
     let [second, third] = [order(2), order(3)];
     let in_phase = [(&second, 2), (&third, 3)].map(|(blocks, power)| {

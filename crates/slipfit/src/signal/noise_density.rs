@@ -12,10 +12,30 @@ pub(crate) struct Density {
     pub(crate) lowest: f64,
     /// Degrees of freedom of that ratio.
     pub(crate) degrees: f64,
+    /// The ratio between the frequency and its second and third harmonic, and its degrees of freedom.
+    between: [f64; 2],
+}
+
+impl Density {
+    /// The ratio less its own standard error: by which noise exceeds white noise for sure.
+    pub(crate) fn least_ratio(&self) -> f64 {
+        less_its_error([self.ratio, self.degrees])
+    }
+
+    /// The same of noise in second and third harmonics, by that beside them.
+    pub(crate) fn least_ratio_at_harmonics(&self) -> f64 {
+        less_its_error(self.between)
+    }
+}
+
+fn less_its_error([ratio, degrees]: [f64; 2]) -> f64 {
+    ratio * (1.0 - (2.0 / degrees).sqrt())
 }
 
 /// Relative width of the band about a frequency in which the density of noise is that at it.
 const BAND: [f64; 2] = [0.5, 1.5];
+/// And of the bands beside its harmonics, where nothing of them or of the motion is.
+const BETWEEN: [[f64; 2]; 2] = [[1.25, 1.75], [2.25, 2.75]];
 /// Bins of independent noise that a Hann window merges into one.
 const HANN_BINS: f64 = 1.5;
 /// Relative deviation of the mean step of a clock from the median one that is still an even clock.
@@ -49,8 +69,25 @@ fn density_of(spectrum: &[Complex<f64>], bin: f64, duration: f64, frequency_hz: 
     // The lowest bins hold the offset, which is fitted.
     let lowest_end = index((LOWEST as f64 * bin).min(BAND[0] * frequency_hz));
     let lowest = power(1..lowest_end).map_or(0.0, |p| p / white);
-    let degrees = 2.0 * (to - from) as f64 * bin * duration / HANN_BINS;
-    (ratio.is_finite() && lowest.is_finite() && degrees > 0.0).then_some(Density { ratio, lowest, degrees })
+    let degrees_of = |bins: usize| 2.0 * bins as f64 * bin * duration / HANN_BINS;
+    let degrees = degrees_of(to - from);
+    let (mut sum, mut bins) = (0.0, 0);
+    for [low, high] in BETWEEN {
+        let band = index(low * frequency_hz)..index(high * frequency_hz);
+        let count = band.len();
+        if let Some(density) = power(band) {
+            sum += density * count as f64;
+            bins += count;
+        }
+    }
+    // Of few samples a cycle there are no such bands, and hardly harmonics.
+    let between = if bins > 0 { [sum / bins as f64 / white, degrees_of(bins)] } else { [ratio, degrees] };
+    (ratio.is_finite() && lowest.is_finite() && degrees > 0.0).then_some(Density {
+        ratio,
+        lowest,
+        degrees,
+        between,
+    })
 }
 
 /// Sum of the squared moduli of numbers.
