@@ -10,7 +10,7 @@ use super::coloured_noise::with_coloured_noise;
 use super::criteria::{ActivePartCriteria, Criteria};
 use super::evidence::Evidence;
 use super::few_cycles::fit_few_cycles;
-use super::further_laws::try_further_laws;
+use super::further_laws::{try_further_laws, try_rivals_of_drag};
 use super::held::release;
 use super::hypotheses::{FittedDecay, by_waveform};
 use super::level::Baseline;
@@ -316,10 +316,12 @@ fn refined(
         by_amplitudes.waveform.most_samples = 0;
         by_amplitudes.few_cycles.most_samples = 0;
         let start_s = Some(answer.segment.start_s);
-        try_further_laws(&mut answer, &criteria.misfit, |model| {
+        let with_terms = |model| {
             let asked = Options { model: Some(model), law: None, start_s, ..options.clone() };
             analyse_part(samples.clone(), record, &asked, &by_amplitudes).ok()
-        });
+        };
+        try_further_laws(&mut answer, &criteria.misfit, with_terms);
+        try_rivals_of_drag(&mut answer, criteria.report.rival_bic, with_terms);
     }
     answer
 }

@@ -3,7 +3,7 @@
 use super::Answer;
 use super::criteria::MisfitCriteria;
 use super::window::EndReason;
-use crate::answer::{MisfitShape, Warning};
+use crate::answer::{Candidate, MisfitShape, Parameter, Warning};
 use crate::model::loss::{LossModel, LossTerm};
 
 /// Whether the free decay ends where the amplitudes leave the laws compared.
@@ -63,4 +63,86 @@ pub(crate) fn try_further_laws(
     let found = LossTerm::shaped().iter().filter_map(better);
     let best = found.max_by(|a, b| gain(a).total_cmp(&gain(b)));
     answer.warnings.extend(best);
+}
+
+/// Compares drag with each other loss of a fixed power of the amplitude where the data prefer a model with drag, and
+/// says of one that explains the decay as well that it does where viscous or sliding loss come out otherwise with it: a
+/// few per cent of a loss by the cube of the amplitude look like drag and friction.
+///
+/// `refit` is the answer with the terms of a model compared as well; the BIC of both are those of the same data.
+pub(crate) fn try_rivals_of_drag(
+    answer: &mut Answer,
+    rival_bic: f64,
+    refit: impl Fn(LossModel) -> Option<Answer>,
+) {
+    let is_open = answer.warnings.iter().any(leaves_the_law_open);
+    if !answer.preferred_model.has(LossTerm::Drag) || answer.second_mode.is_some() || is_open {
+        return;
+    }
+    let preferred = answer.preferred_model;
+    let rival = |term: &LossTerm| {
+        let found = refit(LossModel::VISCOUS_SLIDING.with(*term))?;
+        let own = found.comparison.iter().find(|c| c.model == preferred)?;
+        let others = found.comparison.iter().filter(|c| c.model.has(*term) && !c.model.has(LossTerm::Drag));
+        let rival = others.min_by(|a, b| a.bic.total_cmp(&b.bic))?;
+        let delta_bic = rival.bic - own.bic;
+        (delta_bic < rival_bic && !is_covered(answer, rival)).then_some(Warning::AmbiguousModel {
+            chosen: own.model,
+            rival: rival.model,
+            delta_bic,
+        })
+    };
+    let others = LossTerm::further().iter().filter(|term| !term.is_shaped());
+    let found = others.filter_map(rival).next();
+    answer.warnings.extend(found);
+}
+
+/// Whether a warning says already that the law is not told.
+fn leaves_the_law_open(warning: &Warning) -> bool {
+    matches!(
+        warning,
+        Warning::AmbiguousModel { .. } | Warning::NotSeparable { .. } | Warning::ModelMisfit { .. }
+    )
+}
+
+/// Whether viscous and sliding loss of a candidate lie within the intervals of an answer.
+fn is_covered(answer: &Answer, candidate: &Candidate) -> bool {
+    [Parameter::DECAY_RATE, Parameter::FRICTION_DISPLACEMENT].into_iter().all(|parameter| {
+        let Some(reported) = answer.parameter(parameter) else { return true };
+        let [low, high] = reported.interval_95;
+        (low..=high).contains(&candidate.value(parameter).max(0.0))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::noise::{jitter, motion};
+    use crate::ringdown::{Options, analyse};
+    use crate::{LossModel, LossTerm, Record, answer::Warning};
+
+    const DELTA: f64 = 0.16;
+    const OMEGA: f64 = 31.4;
+
+    /// In how many of ten records of 20 s, with noise of this size, another power explains the drag that is found.
+    fn told(force: impl Fn(f64, f64) -> f64, noise: f64) -> usize {
+        let restored = |x: f64, v: f64| -OMEGA * OMEGA * x - 2.0 * DELTA * v + force(x, v);
+        let exact = motion(restored, 1.0, 4000, 0.005, 8);
+        let warns = |repeat: &usize| {
+            let noisy = exact.iter().enumerate().map(|(i, [x, _])| x + noise * jitter(i + 4000 * repeat, 2));
+            let record = Record::uniform(200.0, noisy.collect()).expect("valid");
+            let answer = analyse(&record, &Options::default()).expect("a ring-down");
+            let cubic = LossModel::VISCOUS.with(LossTerm::Cubic);
+            let is_rival =
+                |w: &Warning| matches!(w, Warning::AmbiguousModel { rival, .. } if cubic.is_within(*rival));
+            answer.warnings.iter().any(is_rival)
+        };
+        (0..10).filter(warns).count()
+    }
+
+    #[test]
+    fn cubic_damping_that_passes_for_drag_is_told() {
+        assert!(told(|x, v| -DELTA * x * x * v, 0.01) >= 8);
+        assert_eq!(told(|_, v| -0.004 * v.abs() * v, 0.001), 0);
+        assert_eq!(told(|_, _| 0.0, 0.01), 0);
+    }
 }
