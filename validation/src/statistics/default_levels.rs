@@ -237,6 +237,37 @@ fn pooled(rows: &[&Row]) -> String {
     scores::pooled(&cells).join(" | ")
 }
 
+/// Errors and widths, a row for each number of levels and noise.
+fn spread(rows: &[Row]) -> String {
+    let mut text = format!(
+        "\n## Errors and widths\n\nRoot mean square of the error, and mean half width of the 95 % interval, of the slope \
+         over the slope and of the threshold over the highest level, over the same thresholds.\n\n| departure | levels | noise \
+         | error of slope | half width | error of threshold | half width |\n{}|\n",
+        "|---".repeat(7)
+    );
+    for departure in DEPARTURES {
+        for levels in LEVELS {
+            for noise in NOISE {
+                let fits = |c: &Cell| c.departure == departure && c.levels == levels && c.noise == noise;
+                let of: Vec<&Scores> = rows.iter().filter(|r| fits(&r.cell)).map(|r| &r.scores).collect();
+                if of.is_empty() {
+                    continue;
+                }
+                let mean = |of_one: &dyn Fn(&Scores) -> f64, unit: f64| {
+                    100.0 * of.iter().map(|s| of_one(s)).sum::<f64>() / (of.len() as f64 * unit)
+                };
+                let figures = [(0, Q), (1, TOP)].map(|(k, unit)| {
+                    let [error, width] = [mean(&|s| s.rms_error[k], unit), mean(&|s| s.half_width[k], unit)];
+                    format!("{error:.2} % | {width:.2} %")
+                });
+                let (name, percent) = (departure.name(), 100.0 * noise);
+                let _ = writeln!(text, "| {name} | {levels} | {percent} % | {} |", figures.join(" | "));
+            }
+        }
+    }
+    text
+}
+
 fn page(measured: &MeasuredCells<Row>, seeds: u64) -> String {
     let rows = &measured.rows;
     let mut text = format!(
@@ -267,6 +298,7 @@ fn page(measured: &MeasuredCells<Row>, seeds: u64) -> String {
             }
         }
     }
+    text += &spread(rows);
     let table = |rows: &[&Row]| {
         let mut table = format!(
             "| departure | levels | threshold | noise | records | {COLUMNS} |\n{}|\n",

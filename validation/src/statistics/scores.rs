@@ -29,6 +29,7 @@ pub(super) struct Outcome {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Estimated {
     error: f64,
+    half_width: f64,
     /// Error over the reported standard error.
     pub(super) standard_errors: f64,
     pub(super) covered: bool,
@@ -45,6 +46,7 @@ impl Estimated {
         let tolerance = 1e-9 * truth.abs();
         Self {
             error,
+            half_width: 0.5 * (high - low),
             standard_errors: if error.abs() <= tolerance { 0.0 } else { error.abs() / quantity.std_error },
             covered: (low - tolerance..=high + tolerance).contains(&truth),
         }
@@ -64,6 +66,8 @@ pub(super) struct Scores {
     pub(super) refused: f64,
     /// Root mean square of the error by parameter.
     pub(super) rms_error: Vec<f64>,
+    /// Mean half width of the intervals by parameter.
+    pub(super) half_width: Vec<f64>,
     /// Answers whose motion was compared with the samples, and those of them that lie further from the samples than
     /// the truth.
     pub(super) compared: usize,
@@ -96,6 +100,7 @@ impl Scores {
             drag_chosen: share(&|o| o.drag_chosen),
             refused: share(&|o| o.estimates.is_none()),
             rms_error: (0..truth.len()).map(|k| mean(&|e| e[k].error.powi(2)).sqrt()).collect(),
+            half_width: (0..truth.len()).map(|k| mean(&|e| e[k].half_width)).collect(),
             worst_above_truth: outcomes.iter().filter_map(|o| o.above_truth).fold(0.0, f64::max),
             compared: outcomes.iter().filter(|o| o.above_truth.is_some()).count(),
             above_truth: outcomes
