@@ -26,8 +26,9 @@ use std::f64::consts::TAU;
 /// threshold, the split the breakaway. Without errors of the levels, noise that is constant and noise that grows with
 /// the amplitude both count, by their restricted likelihood; errors given are believed unless the levels scatter more.
 /// What a detector reads where the mass sticks, its zero or its noise, is taken off every level. Loss in proportion to the
-/// square of the amplitude bends the line, `y + c y² = slope (drive - threshold)`: where the levels show it, slope and
-/// threshold are those of the curve; where they do not exclude it, the intervals count it.
+/// square of the amplitude bends the line, `y + c y² = slope (drive - threshold)`, a detector that compresses nearly as
+/// `y + c y³`. Where the levels show a bend, slope and threshold are averages over both curves by their probability; where
+/// they show none, averages over the line and the first curve, with intervals that hold those of both.
 ///
 /// Units: amplitudes in one unit, drive levels in another or the same. Where both are lengths
 /// or both are angles ([`DisplacementUnit::gain`](crate::model::displacement::DisplacementUnit::gain)),

@@ -1,5 +1,6 @@
 //! The answer to a series of drive levels.
 
+use super::curve::Growth;
 use crate::Quantity;
 use crate::answer::columns::columns;
 use crate::answer::{Parameter, Parameters, Warning};
@@ -75,14 +76,15 @@ impl Detector {
 pub struct FittedLevels {
     pub(crate) slope: f64,
     pub(crate) threshold: f64,
-    /// `c` of `y + c y² = slope (drive - threshold)`; zero for a line.
+    /// `c` of `y + c y² = slope (drive - threshold)`, or of `y + c y³`; zero for a line.
     pub(crate) bend: f64,
+    pub(crate) growth: Growth,
     pub(crate) detector: Detector,
 }
 
 impl FittedLevels {
     /// Fitted amplitude `y` at a drive level: `slope (drive - threshold)`, or with a bend `c` the solution of
-    /// `y + c y² = slope (drive - threshold)`; zero below the threshold; as the detector reads it.
+    /// `y + c y² = slope (drive - threshold)`, or of `y + c y³`; zero below the threshold; as the detector reads it.
     pub fn amplitude(&self, drive: f64) -> f64 {
         self.read(self.slope * (drive - self.threshold))
     }
@@ -95,8 +97,8 @@ impl FittedLevels {
     fn read(&self, line: f64) -> f64 {
         let line = line.max(0.0);
         // A curve that rises ever steeper ends where it stands upright.
-        let root = (1.0 + 4.0 * self.bend * line).max(0.0).sqrt();
-        self.detector.reading(2.0 * line / (1.0 + root))
+        let [amplitude, _] = self.growth.on_curve(line, self.bend).unwrap_or([2.0 * line, f64::INFINITY]);
+        self.detector.reading(amplitude)
     }
 }
 
@@ -155,7 +157,7 @@ impl Answer {
             let [low, high] = q.interval_95;
             (high - low) / (2.0 * Z_95 * q.std_error)
         });
-        of_slope.filter(|f| f.is_finite()).unwrap_or(1.0)
+        of_slope.filter(|f| f.is_finite()).unwrap_or(1.0).max(1.0)
     }
 
     /// The value of a parameter, if the analysis reports it.

@@ -1,8 +1,9 @@
 //! The moving branch: its line, what the detector adds to it, and its bend.
 
 use super::answer::{Detector, FittedLevels};
-use super::bend::{Curved, bend};
+use super::bend::{Curved, averaged, bend};
 use super::criteria::Criteria;
+use super::curve::Growth;
 use super::line::{Line, split};
 use super::noise::{AveragedFit, LinearLevels};
 use super::plateau::{Adds, Corrected, Plateau};
@@ -14,7 +15,7 @@ pub(super) struct MovingBranch {
     /// Amplitude of the motion at each level, without what the detector adds.
     pub(super) motion: Vec<f64>,
     pub(super) plateau: Option<(Plateau, Adds)>,
-    /// Intercept and slope of the line with their errors, or of the curve at small amplitudes where the levels do not lie on
+    /// Intercept and slope of the line with their errors, or of curves at small amplitudes where the levels do not lie on
     /// a line.
     pub(super) fit: AveragedFit,
     /// The curve, of levels that do not exclude a line.
@@ -61,27 +62,36 @@ impl MovingBranch {
             |v: &[f64]| -> Vec<f64> { v.iter().zip(&moving).filter(|(_, m)| **m).map(|(v, _)| *v).collect() };
         let precision: Vec<f64> = fit.variance.iter().map(|v| 1.0 / v.max(f64::MIN_POSITIVE)).collect();
         let bend = bend(&of_moving(x), &of_moving(&motion), &of_moving(&precision), c.bend_levels);
-        let mut rival = Curved::through(sorted, &motion, &moving, [line.intercept, line.slope], c);
-        let (mut rss, mut bent) = (line.rss, 0.0);
-        if bend.0 < c.not_straight
-            && let Some(curved) = rival.take_if(|curved| curved.rises())
-        {
+        let through =
+            |growth| Curved::through(growth, sorted, &motion, &moving, [line.intercept, line.slope], c);
+        let [mut square, cube] = Growth::ALL.map(through);
+        let (mut rss, mut bent, mut growth, mut rival) = (line.rss, 0.0, Growth::Square, None);
+        let is_bent = bend.0 < c.not_straight;
+        let rising = |curve: &Curved| curve.rises() && is_bent;
+        let curves: Vec<Curved> =
+            [square.take_if(|c| rising(c)), cube.filter(rising)].into_iter().flatten().collect();
+        if let Some(best) = curves.iter().min_by(|a, b| a.rss.total_cmp(&b.rss)) {
             let by_line = straight(&motion)?;
-            (rss, bent) = (curved.rss, curved.bend());
+            let (parameters, covariance) = averaged(&curves, believed, c);
+            (rss, bent, growth) = (best.rss, best.bend(), best.growth);
             // What a plateau changes in the line and its errors, it changes in the curve.
-            drawn = [0, 1].map(|i| drawn[i] + curved.fit.parameters[i] - by_line.parameters[i]);
+            drawn = [0, 1].map(|i| drawn[i] + best.fit.parameters[i] - by_line.parameters[i]);
             for i in 0..2 {
-                fit.parameters[i] += curved.fit.parameters[i] - by_line.parameters[i];
+                fit.parameters[i] += parameters[i] - by_line.parameters[i];
                 for j in 0..2 {
-                    fit.covariance[(i, j)] += curved.fit.covariance[(i, j)] - by_line.covariance[(i, j)];
+                    fit.covariance[(i, j)] += covariance[(i, j)] - by_line.covariance[(i, j)];
                 }
             }
-            (fit.variance, fit.dof) = (curved.fit.variance, curved.fit.dof);
+            (fit.variance, fit.dof) = (best.fit.variance.clone(), best.fit.dof);
+        } else if let Some(curve) = square {
+            let [intercept, slope, bend] = curve.beside_line(drawn, c, &criteria.inference);
+            (drawn, bent) = ([intercept, slope], bend);
+            rival = Some(curve);
         }
         let total: f64 = of_moving(&weight).iter().sum();
         let [intercept, slope] = drawn;
         let threshold = (-intercept / slope).max(0.0);
-        let drawn = FittedLevels { slope, threshold, bend: bent, detector };
+        let drawn = FittedLevels { slope, threshold, bend: bent, growth, detector };
         Some(Self { line, motion, plateau, fit, rival, bend, residual_rms: (rss / total).sqrt(), drawn })
     }
 }

@@ -73,11 +73,17 @@ criteria! {
         above_zero: f64 = 0.001, source "one record in a thousand without friction", moves "warnings";
         /// Moving levels without which no bend is tested.
         bend_levels: usize = 5, source "two more than the parameters of a parabola", moves "warnings";
+        /// Moving levels without which no curve is compared with the line.
+        curve_levels: usize = 4, source "one more than the parameters of a parabola",
+            moves "intervals of slope and threshold of few levels";
         /// Largest loss by drag over the viscous one, at the highest amplitude, that levels on a line may hide.
         largest_bend: f64 = 1.0, source "as much as the viscous loss", moves "intervals of slope and threshold";
         /// Odds before the data of a bend up to that over those of a line.
-        bend_odds: f64 = 1.0, source "chosen by simulation, drag of 10 % and compression of 3 %",
-            moves "coverage with a bend, and width of intervals without one";
+        bend_odds: f64 = 0.3, source "chosen by simulation: errors with a drag of 10 % and without one",
+            moves "slope and threshold with a bend that hides in the noise, and without one";
+        /// Odds before the data that bent levels lie on a curve of third power, over those of one of second power.
+        cube_odds: f64 = 0.6, source "chosen by simulation, drag of 50 % and compression of 3 %",
+            moves "slope and threshold of bent levels";
         /// p value of a straight line below which slope and threshold are those of the curve at small amplitudes, and a
         /// warning says so.
         not_straight: f64 = 0.001, source "one record in a thousand on a line", moves "warnings";

@@ -6,6 +6,7 @@ mod answer;
 mod bend;
 mod branch;
 mod criteria;
+mod curve;
 mod height;
 mod line;
 mod measurement;

@@ -1,6 +1,6 @@
 //! What the line through the levels gives: slope, threshold, and with a scale of the drive Q and friction.
 
-use super::bend::Curved;
+use super::bend::{ByLine, Curved};
 use super::branch::MovingBranch;
 use super::criteria::Criteria;
 use super::noise::AveragedFit;
@@ -76,6 +76,30 @@ impl LineQuantities {
                 |rival: &Curved| rival.beside(straight, gradient, &criteria.levels, &criteria.inference);
             branch.rival.as_ref().map_or_else(Vec::new, beside)
         };
+        // The value is the average of line and curve, the interval holds those of both.
+        let counted = |straight: Quantity, others: &[Weighed], of: ByLine| {
+            let own = straight.interval_95;
+            let mut q = stretched(straight, others);
+            if let Some((limit, upwards)) = branch.rival.as_ref().and_then(|r| r.limit(of, &criteria.levels))
+            {
+                let least = if q.interval_95[0] >= 0.0 { 0.0 } else { f64::NEG_INFINITY };
+                let [low, high] = &mut q.interval_95;
+                if upwards {
+                    *high = high.max(limit);
+                } else {
+                    *low = low.min(limit.max(least));
+                }
+            }
+            let moved: f64 = others.iter().map(|o| o.weight * (o.value - q.unbounded_value)).sum();
+            q.unbounded_value += moved;
+            q.value = if q.interval_95[0] >= 0.0 { q.unbounded_value.max(0.0) } else { q.unbounded_value };
+            // The value lies at one end of what a bend may be.
+            if q.interval_95 != own {
+                let [low, high] = q.interval_95;
+                q.std_error = q.std_error.max((high - q.value).max(q.value - low) / Z_95);
+            }
+            q
+        };
         let lost = curves(-intercept, [-1.0, 0.0]);
         let evidence = |side: f64| {
             let p = |lost: f64, std_error: f64, dof: f64| {
@@ -93,12 +117,17 @@ impl LineQuantities {
         };
         let of_slope = wide(Quantity::normal(slope, slope_std, ratio_unit(levels.unit(), drive_unit)));
         Self {
-            slope: stretched(of_slope, &curves(slope, [0.0, 1.0])),
-            threshold: stretched(
+            slope: counted(of_slope, &curves(slope, [0.0, 1.0]), &|[_, b]| (b, [0.0, 1.0])),
+            threshold: counted(
                 not_negative(threshold, threshold_std, factor, drive_unit),
                 &curves(threshold, gradient),
+                &|[a, b]| (-a / b, [-1.0 / b, a / (b * b)]),
             ),
-            lost_amplitude: stretched(not_negative(-intercept, lost_std, factor, levels.unit()), &lost),
+            lost_amplitude: counted(
+                not_negative(-intercept, lost_std, factor, levels.unit()),
+                &lost,
+                &|[a, _]| (-a, [-1.0, 0.0]),
+            ),
             correlation,
             p_value,
             p_above_zero,
