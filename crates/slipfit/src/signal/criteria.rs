@@ -28,6 +28,10 @@ criteria! {
         most_other: f64 = 0.1, source "the shift is then that of the amplitude to a tenth", moves "frequency at rest, damping of pendulums";
         /// Errors by which a step of the phase, as a knock leaves it, stands out.
         step_errors: f64 = 8.0, source "none in 8400 decays without a knock", moves "warnings";
+        /// Times the largest change of the phase beside it that such a step is.
+        step_isolated: f64 = 2.5, source "a phase that walks or beats changes everywhere", moves "warnings";
+        /// Blocks without which no step is looked for.
+        step_blocks: usize = 12, source "four on either side of a step, and as many more", moves "warnings";
         /// Standard errors by which a random walk of the phase stands out of its noise.
         walk_errors: f64 = 1.6, source "one phase without a walk in 20",
             moves "coverage beside a phase that wanders";

@@ -1,11 +1,11 @@
-//! A step of the phase, as a knock leaves it.
+//! Detection of a jump of the phase, as after a knock.
 
 use super::blocks::Block;
 use super::criteria::PhaseCriteria;
 use super::phase::phase_weight;
 use crate::numeric::robust::deviation;
 
-/// A phase that is another one from an instant on.
+/// A jump of the phase.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct PhaseStep {
     pub(crate) time_s: f64,
@@ -14,20 +14,16 @@ pub(crate) struct PhaseStep {
 
 /// Changes of the phase on either side whose median is the rate beside a step.
 const BESIDE: usize = 4;
-/// Blocks that tell a step from a phase that walks.
-const LEAST_BLOCKS: usize = 12;
-/// Times the largest change beside it that a step is.
-const ISOLATED: f64 = 2.5;
 
 /// The largest step of the phase from one block to the next but one: a knock within a block shows on both sides of it.
 ///
 /// It exceeds its own error, or where all such changes scatter by more that of their scatter, by
-/// [`PhaseCriteria::step_errors`], and those beside it by far: a phase that walks, drifts or beats does so everywhere.
+/// [`PhaseCriteria::step_errors`], and those beside it by [`PhaseCriteria::step_isolated`] times: a phase that walks, drifts or beats does so everywhere.
 pub(crate) fn phase_step(blocks: &[Block], noise_rms: f64, criteria: &PhaseCriteria) -> Option<PhaseStep> {
     let weight: Vec<f64> = blocks.iter().map(|b| phase_weight(b, noise_rms)).collect();
     let sure = weight.iter().position(|w| *w < criteria.sure_weight).unwrap_or(weight.len());
     let (blocks, weight) = (&blocks[..sure], &weight[..sure]);
-    if sure < LEAST_BLOCKS {
+    if sure < criteria.step_blocks {
         return None;
     }
     let rates: Vec<f64> =
@@ -53,7 +49,8 @@ pub(crate) fn phase_step(blocks: &[Block], noise_rms: f64, criteria: &PhaseCrite
     let beside = (largest.saturating_sub(BESIDE)..=largest + BESIDE).filter(|i| i.abs_diff(largest) > 1);
     let next = beside.map(|i| changes[i].abs()).fold(0.0, f64::max);
     let found = PhaseStep { time_s: blocks[largest + 1].time_s, radians: changes[largest] };
-    (errors(largest) > criteria.step_errors && found.radians.abs() > ISOLATED * next).then_some(found)
+    (errors(largest) > criteria.step_errors && found.radians.abs() > criteria.step_isolated * next)
+        .then_some(found)
 }
 
 #[cfg(test)]

@@ -173,7 +173,7 @@ pub enum Warning {
         /// Its instant, s.
         time_s: f64,
     },
-    /// A step of the phase, as a knock leaves it; what it did to the amplitude is not told from a loss.
+    /// The phase jumps, as after a knock. A knock changes the amplitude as well, which cannot be told from a loss.
     PhaseStep {
         /// Its instant, s.
         time_s: f64,
