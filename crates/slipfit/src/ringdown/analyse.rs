@@ -91,8 +91,9 @@ pub fn analyse_with(record: &Record, options: &Options, criteria: &Criteria) -> 
     let options = &below_half_the_rate(record, options)?;
     let prepared = Samples::prepare(record, options, criteria)?;
     let whole = prepared.borrowed();
-    let mut answer = analyse_from_release(&whole, record, options, criteria)
-        .map_err(|refusal| if may_be_amplitudes(record) { falls_as_amplitudes(refusal) } else { refusal })?;
+    let mut answer = analyse_from_release(&whole, record, options, criteria).map_err(|refusal| {
+        if may_be_amplitudes(record, criteria) { falls_as_amplitudes(refusal) } else { refusal }
+    })?;
     if record.kind().oscillates()
         && let Some(other) = other_motion(&whole, &answer, &criteria.other_motion)
     {
@@ -110,8 +111,8 @@ pub fn analyse_with(record: &Record, options: &Options, criteria: &Criteria) -> 
 }
 
 /// Whether a record of another kind may hold amplitudes.
-fn may_be_amplitudes(record: &Record) -> bool {
-    record.kind().oscillates() && recorded_amplitudes::may_be_amplitudes(record.signal())
+fn may_be_amplitudes(record: &Record, criteria: &Criteria) -> bool {
+    record.kind().oscillates() && recorded_amplitudes::may_be_amplitudes(record.signal(), &criteria.blocks)
 }
 
 /// A refusal of samples that fall as amplitudes do.
@@ -268,11 +269,8 @@ fn about_a_level<'a>(
         Err(refusal) => of_length(refusal),
     };
     let of_samples = record.kind().oscillates() && options.band_hz.is_none() && options.lockin.is_none();
-    let level = if doubtful && of_samples {
-        without_baseline(whole, answer.as_ref().ok(), &criteria.baseline)
-    } else {
-        None
-    };
+    let level =
+        if doubtful && of_samples { without_baseline(whole, answer.as_ref().ok(), criteria) } else { None };
     let bends = |answer: &Answer| {
         straightened_reading(whole, answer.clone(), record, options, criteria).sensor_curve.is_some()
     };

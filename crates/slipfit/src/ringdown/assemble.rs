@@ -248,7 +248,7 @@ fn other_modes(e: &Evidence) -> (Vec<OtherMode>, Option<Distortion>) {
     let points = &e.measured.points;
     let range = points[0].first..points[points.len() - 1].end;
     let main = e.measured.law.mean_omega / TAU;
-    let whole = spectrum::between_gaps(&e.samples.time[range.clone()], main);
+    let whole = spectrum::between_gaps(&e.samples.time[range.clone()], main, &e.criteria.spectrum);
     let gapless = whole.len() == range.len();
     let range = range.start + whole.start..range.start + whole.end;
     let (time, signal) = (&e.samples.time[range.clone()], &e.samples.signal[range]);
@@ -266,7 +266,7 @@ fn other_modes(e: &Evidence) -> (Vec<OtherMode>, Option<Distortion>) {
     let Some(periodogram) = of_all.or_else(|| spectrum::Periodogram::of(time, signal).map(Arc::new)) else {
         return (Vec::new(), None);
     };
-    let Some(own) = spectrum::dominant_of(&periodogram, time, signal, None) else {
+    let Some(own) = spectrum::dominant_of(&periodogram, time, signal, None, &e.criteria.spectrum) else {
         return (Vec::new(), None);
     };
     let width = (criteria.line_changes * spread).max(criteria.line_width);
@@ -276,7 +276,7 @@ fn other_modes(e: &Evidence) -> (Vec<OtherMode>, Option<Distortion>) {
         .into_iter()
         .map(|l| OtherMode { frequency_hz: l.frequency_hz, relative_amplitude: l.amplitude / own.amplitude })
         .collect();
-    let distortion = spectrum::strongest_harmonic(&periodogram, main, noise)
+    let distortion = spectrum::strongest_harmonic(&periodogram, main, noise, &e.criteria.spectrum)
         .map(|(order, amplitude)| Distortion { order, relative_amplitude: amplitude / own.amplitude });
     (others, distortion)
 }

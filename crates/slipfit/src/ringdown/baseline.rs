@@ -1,7 +1,7 @@
 //! Baseline: a level about which the motion swings that wanders along a curve, subtracted.
 
 use super::Answer;
-use super::criteria::BaselineCriteria;
+use super::criteria::{BaselineCriteria, Criteria};
 use super::level::{Baseline, Position};
 use super::samples::Samples;
 use crate::Parameter;
@@ -43,8 +43,9 @@ struct SecondHarmonic {
 pub(crate) fn without_baseline<'a>(
     samples: &Samples<'a>,
     answer: Option<&Answer>,
-    criteria: &BaselineCriteria,
+    criteria: &Criteria,
 ) -> Option<(Samples<'a>, Baseline)> {
+    let Criteria { spectrum: lines, baseline: criteria, .. } = criteria;
     let (time, signal) = (&samples.time[..], &samples.signal[..]);
     if time.len() > criteria.most_samples {
         return None;
@@ -58,7 +59,7 @@ pub(crate) fn without_baseline<'a>(
             let all: Vec<(f64, f64)> = time.iter().copied().zip(signal.iter().copied()).collect();
             let (curve, _) = polynomial(&all, &at, criteria.most_degree)?;
             let rough = Baseline { at, curve, range: 0.0, goes_with_motion: false };
-            dominant(time, &less(time, signal, &rough), None)?.frequency_hz
+            dominant(time, &less(time, signal, &rough), None, lines)?.frequency_hz
         }
     };
     if !(frequency_hz * samples.duration() >= criteria.least_cycles) {
@@ -291,7 +292,7 @@ mod tests {
             let record = Record::uniform(40.0, (0..2000).map(sample).collect()).expect("valid");
             let (options, criteria) = (Options::default(), Criteria::default());
             let samples = Samples::prepare(&record, &options, &criteria).expect("samples");
-            let found = without_baseline(&samples, None, &criteria.baseline);
+            let found = without_baseline(&samples, None, &criteria);
             found.expect("the level moves along a curve").1.goes_with_motion
         };
         // A reading that bends, and one that wanders by itself as fast as the square of the amplitude falls.

@@ -8,7 +8,7 @@ pub use record::{
     StopCriteria,
 };
 
-pub use crate::signal::criteria::PhaseCriteria;
+pub use crate::signal::criteria::{PhaseCriteria, SpectrumCriteria};
 
 use super::free_law::criteria::FreeLawCriteria;
 use crate::answer::ReportCriteria;
@@ -27,6 +27,8 @@ criteria_groups! {
     pub struct Criteria {
         /// Shared with the other analyses.
         inference: InferenceCriteria,
+        /// The lines of a spectrum.
+        spectrum: SpectrumCriteria,
         /// Amplitudes of blocks.
         blocks: BlockCriteria,
         /// The phase of the oscillation.
@@ -107,6 +109,12 @@ criteria! {
         floor_of_top: f64 = 1e-5, source "chosen by simulation", moves "window end";
         /// Standard errors above which the fall of the amplitude inside a block is measured.
         loss_errors: f64 = 10.0, source "chosen by simulation", moves "bias of late amplitudes";
+        /// Parts of a record whose medians fall one after another where its samples may be amplitudes.
+        recorded_parts: usize = 8, source "chosen by simulation", moves "hints in refusals";
+        /// Rise from one part to the next that noise may make, over the first median.
+        recorded_rise: f64 = 0.05, source "noise at the end", moves "hints in refusals";
+        /// Last median over the first, at most.
+        recorded_fall: f64 = 0.5, source "chosen by simulation", moves "hints in refusals";
         /// Most blocks of a record of amplitudes.
         recorded_blocks: usize = 500, source "chosen by simulation", moves "time of analysis";
         /// One in so many amplitudes of an envelope lies below its noise floor.
@@ -267,6 +275,9 @@ criteria! {
         /// makes it jump there.
         turn_guard: f64 = 0.05, source "x_F off by up to 2 standard errors without, by none with it, in simulated accelerations",
             moves "bias of friction in accelerations";
+        /// Standard errors of an amplitude, of all samples shared by six parameters, that `x_F` exceeds where the place of
+        /// rest tells which swing was the last: swings end `2 x_F` apart.
+        rest_errors: f64 = 8.0, source "chosen by simulation", moves "bias after a stop";
         /// Most samples of a window; beyond it the blocks hold the same information.
         most_samples: usize = 300_000, source "chosen by simulation", moves "time of analysis";
         /// Most samples of a record where a further law is named, which holds on the average of a cycle.

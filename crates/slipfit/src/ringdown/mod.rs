@@ -32,6 +32,7 @@ mod level;
 pub(crate) mod lowpass;
 mod measured;
 mod misfit;
+mod nuisance_selection;
 mod options;
 mod oscillation;
 mod other_motion;

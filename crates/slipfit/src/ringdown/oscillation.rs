@@ -23,7 +23,9 @@ pub(crate) fn measure(
     let periodogram = Periodogram::of(&samples.time, &samples.signal).map(Arc::new);
     let frequency_hz = periodogram
         .as_ref()
-        .and_then(|p| spectrum::dominant_of(p, &samples.time, &samples.signal, options.band_hz))
+        .and_then(|p| {
+            spectrum::dominant_of(p, &samples.time, &samples.signal, options.band_hz, &criteria.spectrum)
+        })
         .map(|line| line.frequency_hz)
         .filter(|f| *f > 0.0 && f.is_finite())
         .ok_or(Error::NoOscillation { reason: "the spectrum has no line above the record's own length" })?;

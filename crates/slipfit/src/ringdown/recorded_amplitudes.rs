@@ -1,7 +1,7 @@
 //! Records that hold amplitudes: a bare envelope, or the two outputs of a lock-in amplifier.
 
 use super::block_amplitudes::BlockAmplitudes;
-use super::criteria::Criteria;
+use super::criteria::{BlockCriteria, Criteria};
 use super::measured::MeasuredDecay;
 use super::options::Options;
 use super::samples::Samples;
@@ -31,17 +31,16 @@ pub(crate) fn measure(
 }
 
 /// Whether samples may be amplitudes that nobody has called so: none is negative, and they fall along the whole record.
-pub(crate) fn may_be_amplitudes(signal: &[f64]) -> bool {
-    const PARTS: usize = 8;
-    /// Rise from one part to the next, relative to the first: noise at the end.
-    const LEVEL: f64 = 0.05;
-    if signal.len() < 2 * PARTS || signal.iter().any(|v| *v < 0.0) {
+pub(crate) fn may_be_amplitudes(signal: &[f64], criteria: &BlockCriteria) -> bool {
+    let parts = criteria.recorded_parts.max(1);
+    if signal.len() < 2 * parts || signal.iter().any(|v| *v < 0.0) {
         return false;
     }
     let middles: Vec<f64> =
-        signal.chunks(signal.len().div_ceil(PARTS)).filter_map(|part| median(&mut part.to_vec())).collect();
+        signal.chunks(signal.len().div_ceil(parts)).filter_map(|part| median(&mut part.to_vec())).collect();
     let (Some(first), Some(last)) = (middles.first(), middles.last()) else { return false };
-    2.0 * last < *first && middles.windows(2).all(|pair| pair[1] <= pair[0] + LEVEL * first)
+    let falls = |pair: &[f64]| pair[1] <= pair[0] + criteria.recorded_rise * first;
+    *last < criteria.recorded_fall * first && middles.windows(2).all(falls)
 }
 
 /// A bare envelope: means of R² over blocks, so that the noise adds a constant

@@ -62,9 +62,7 @@ impl Fundamental {
 impl Remainder {
     pub(super) fn new(problem: &Waveform, first: usize, fit: &Fit, points: &[Block]) -> Self {
         let residual = problem.residuals(&fit.parameters);
-        let stands_for = problem.guard.and_then(|guard| guard.stands_for);
-        let counted = stands_for.unwrap_or(residual.len() as f64);
-        let variance = fit.rss / (counted - fit.free.len() as f64).max(1.0);
+        let variance = fit.rss / (problem.counted() - fit.free.len() as f64).max(1.0);
         let (in_phase, quadrature): (Vec<f64>, Vec<f64>) =
             remaining_fundamental(problem, first, &residual, fit, points).into_iter().unzip();
         let density = density_near(problem.time, &residual, fit.parameters[OMEGA] / TAU);

@@ -57,7 +57,7 @@ pub(crate) fn without_second_mode<'a>(
     let noise = answer.diagnostics.noise_rms.powi(2);
     let one_mode = OneMode { window_s: answer.fit.range_s(), mean_square, noise };
     let described = |part: Samples<'a>, second: ViscousMode| {
-        let found = refine(&part, second, c, &refit)?;
+        let found = refine(&part, second, criteria, &refit)?;
         let left_by_both = residuals(samples, decay.clone(), &found);
         if !explains(&left_by_one, &left_by_both, [answer, &found], c) {
             return None;
@@ -69,12 +69,13 @@ pub(crate) fn without_second_mode<'a>(
     };
     let pair = |range: Range<usize>| {
         let part = samples.part(range.clone());
-        let second = weaker_of_two(&part.time, &part.signal, [main.omega, main.decay_rate], &one_mode, c)?;
+        let second =
+            weaker_of_two(&part.time, &part.signal, [main.omega, main.decay_rate], &one_mode, criteria)?;
         let found = described(part, second)?;
         Some(with_reasons_of_record(found, answer, &range, &decay, samples.len()))
     };
     let beside = || {
-        let second = mode_beside(&time_s, &remaining, &main, None, c)?;
+        let second = mode_beside(&time_s, &remaining, &main, None, criteria)?;
         let found = described(samples.part(decay.clone()), second)?;
         Some(with_reasons_of_record(found, answer, &decay, &decay, samples.len()))
     };
@@ -111,7 +112,7 @@ fn with_reasons_of_record(
 pub(crate) fn refine<'a>(
     part: &Samples<'a>,
     mut second: ViscousMode,
-    criteria: &TwoModesCriteria,
+    criteria: &Criteria,
     refit: impl Fn(Samples<'a>) -> Option<Answer>,
 ) -> Option<Answer> {
     let without = |second: ViscousMode| refit(without_mode(part, second));

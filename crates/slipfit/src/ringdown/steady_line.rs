@@ -28,8 +28,7 @@ pub(crate) fn without_steady_line<'a>(
         Err(refusal) => matches!(refusal, Error::NotARingDown { .. } | Error::NoFit { .. }),
     };
     let line = if suspicious { at_the_end(samples, criteria) } else { None };
-    let Some(found) = line.and_then(|line| second_mode::refine(samples, line, &criteria.two_modes, refit))
-    else {
+    let Some(found) = line.and_then(|line| second_mode::refine(samples, line, criteria, refit)) else {
         return answer;
     };
     match answer {
@@ -60,7 +59,7 @@ fn at_the_end(samples: &Samples, criteria: &Criteria) -> Option<ViscousMode> {
         return None;
     }
     let from = n - n / c.part;
-    let mode = steady_mode(&samples.time[from..], &samples.signal[from..], &criteria.two_modes, c)?;
+    let mode = steady_mode(&samples.time[from..], &samples.signal[from..], criteria)?;
     let rest = samples.signal[from..].iter().sum::<f64>() / (n - from) as f64;
     let largest = samples.signal.iter().map(|x| (x - rest).abs()).fold(0.0, f64::max);
     (mode.amplitude() < c.most_amplitude * largest).then_some(mode)

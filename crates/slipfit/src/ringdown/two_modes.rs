@@ -1,6 +1,6 @@
 //! Two viscous modes: beats and a weak second mode, fitted to the samples.
 
-use super::criteria::{SteadyLineCriteria, TwoModesCriteria};
+use super::criteria::{Criteria, SpectrumCriteria, TwoModesCriteria};
 use crate::inference::least_squares::{Fit, LeastSquares, Normal, minimise};
 use crate::inference::noise::{autocorrelation, significant_inflation};
 use crate::numeric::products::{Products, WIDTH};
@@ -74,11 +74,12 @@ pub(crate) fn weaker_of_two(
     signal: &[f64],
     [omega, decay_rate]: [f64; 2],
     one_mode: &OneMode,
-    criteria: &TwoModesCriteria,
+    criteria: &Criteria,
 ) -> Option<ViscousMode> {
+    let (lines, criteria) = (&criteria.spectrum, &criteria.two_modes);
     let problem = Modes::thinned(time_s, signal, omega)?;
     let some = problem.spread(SEARCHED);
-    let found = fit_pair(&problem, &some, omega, decay_rate)?;
+    let found = fit_pair(&problem, &some, [omega, decay_rate], lines)?;
     let noise = one_mode.noise.min(one_mode.mean_square);
     let most = noise + criteria.most_left * (one_mode.mean_square - noise);
     let [from_s, to_s] = one_mode.window_s;
@@ -106,14 +107,16 @@ pub(crate) fn mode_beside(
     left: &[f64],
     main: &MainMode,
     last: Option<ViscousMode>,
-    criteria: &TwoModesCriteria,
+    criteria: &Criteria,
 ) -> Option<ViscousMode> {
+    let (lines, criteria) = (&criteria.spectrum, &criteria.two_modes);
     let problem = Modes::thinned(time_s, left, main.omega)?;
     let mut start = vec![0.0; COUNT];
     (start[OMEGA], start[DELTA]) = match last {
         Some(mode) => (mode.omega, mode.decay_rate),
         None => {
-            (TAU * spectrum::dominant(&problem.time, &problem.signal, None)?.frequency_hz, main.decay_rate)
+            let line = spectrum::dominant(&problem.time, &problem.signal, None, lines)?;
+            (TAU * line.frequency_hz, main.decay_rate)
         }
     };
     let amplitude = minimise(&problem, &start, &LINEAR)?;
@@ -123,13 +126,9 @@ pub(crate) fn mode_beside(
 }
 
 /// The strongest line of some samples, where it explains most of them and its amplitude neither falls nor grows.
-pub(crate) fn steady_mode(
-    time_s: &[f64],
-    signal: &[f64],
-    criteria: &TwoModesCriteria,
-    steady: &SteadyLineCriteria,
-) -> Option<ViscousMode> {
-    let omega = TAU * spectrum::dominant(time_s, signal, None)?.frequency_hz;
+pub(crate) fn steady_mode(time_s: &[f64], signal: &[f64], criteria: &Criteria) -> Option<ViscousMode> {
+    let Criteria { spectrum: lines, two_modes: criteria, steady_line: steady, .. } = criteria;
+    let omega = TAU * spectrum::dominant(time_s, signal, None, lines)?.frequency_hz;
     let problem = Modes::thinned(time_s, signal, omega)?;
     if problem.duration * omega < TAU * steady.cycles {
         return None;
@@ -171,14 +170,19 @@ fn resolved(main: &MainMode, second: &ViscousMode, duration_s: f64, criteria: &T
 /// line with its mirror image about it, which is what beats of equal modes leave.
 ///
 /// `problem` has some of the samples of `all`.
-fn fit_pair(all: &Modes, problem: &Modes, omega: f64, decay_rate: f64) -> Option<Fit> {
+fn fit_pair(
+    all: &Modes,
+    problem: &Modes,
+    [omega, decay_rate]: [f64; 2],
+    lines: &SpectrumCriteria,
+) -> Option<Fit> {
     let mut start = vec![0.0; COUNT];
     start[OMEGA] = omega;
     start[DELTA] = decay_rate;
     let one = minimise(problem, &start, &LINEAR)?;
     let one = minimise(problem, &one.parameters, &ONE_MODE).unwrap_or(one);
     let left = all.residuals(&one.parameters);
-    let other = TAU * spectrum::dominant(&all.time, &left, None)?.frequency_hz;
+    let other = TAU * spectrum::dominant(&all.time, &left, None, lines)?.frequency_hz;
     let (main, rate) = (one.parameters[OMEGA], one.parameters[DELTA].max(0.0));
     let pairs = [[main, other], [omega, other], [2.0 * main - other, other]];
     let both: Vec<usize> = (COSINE..=SINE).chain(PER_MODE + COSINE..COUNT).collect();
@@ -394,7 +398,7 @@ mod tests {
 
     #[test]
     fn a_second_mode_is_found_from_a_strong_to_a_weak_one() {
-        let criteria = TwoModesCriteria::default();
+        let criteria = Criteria::default();
         for (second, ratio) in [(0.7224, 0.9), (0.805, 0.2), (0.721, 0.02)] {
             let (time, signal) = record(second, ratio, 0.002);
             let found = weaker_of_two(&time, &signal, [TAU * 0.7, 0.012], &ANYTHING, &criteria);
@@ -405,7 +409,7 @@ mod tests {
     #[test]
     fn one_mode_is_no_pair() {
         let (time, signal) = record(0.7, 0.0, 0.01);
-        let criteria = TwoModesCriteria::default();
+        let criteria = Criteria::default();
         assert_eq!(weaker_of_two(&time, &signal, [TAU * 0.7, 0.012], &ANYTHING, &criteria), None);
     }
 
@@ -418,7 +422,7 @@ mod tests {
             .map(|(t, x)| x - (-0.012 * t).exp() * (TAU * 0.7 * t + 0.3).cos())
             .collect();
         let main = MainMode { omega: TAU * 0.7, decay_rate: 0.012, amplitude: 1.0 };
-        let criteria = TwoModesCriteria::default();
+        let criteria = Criteria::default();
         let first = mode_beside(&time, &left, &main, None, &criteria).expect("a line is left");
         assert_second(&first, 0.805, 0.2);
         let again = mode_beside(&time, &left, &main, Some(first), &criteria).expect("still there");

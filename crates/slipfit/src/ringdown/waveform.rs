@@ -2,6 +2,7 @@
 //!
 //! The sums over the samples are those of the [half-cycle kernel](crate::motion::decay::half_cycle).
 
+use super::criteria::WaveformCriteria;
 use super::gathered::{Closeness, Gathered};
 use crate::inference::least_squares::{LeastSquares, Normal};
 use crate::motion::decay::closed_sums::{ClosedSums, Pass, Stop};
@@ -73,11 +74,10 @@ pub(crate) enum RestLevel {
     Free,
 }
 
-/// Whether friction of this displacement leaves the mass at a place that tells the last swing:
-/// swings end `2 x_F` apart, and the last one is known to some three standard errors of an
-/// amplitude from all `n` samples shared by six parameters.
-pub(crate) fn rest_tells(x_f: f64, noise_rms: f64, n: usize) -> bool {
-    x_f > 8.0 * noise_rms * (12.0 / n.max(1) as f64).sqrt()
+/// Whether friction of this displacement leaves the mass at a place that tells the last swing: by
+/// [`WaveformCriteria::rest_errors`] standard errors of an amplitude from all `n` samples, `sigma sqrt(2 * 6/n)`.
+pub(crate) fn rest_tells(x_f: f64, noise_rms: f64, n: usize, criteria: &WaveformCriteria) -> bool {
+    x_f > criteria.rest_errors * noise_rms * (12.0 / n.max(1) as f64).sqrt()
 }
 
 impl Waveform<'_> {
@@ -345,6 +345,11 @@ impl Waveform<'_> {
         self.pass(p, &[], &mut Normal::zeros(COUNT), Some(&mut residuals));
         residuals.resize(self.time.len(), f64::NAN);
         residuals
+    }
+
+    /// How many samples count.
+    pub(crate) fn counted(&self) -> f64 {
+        self.guard.and_then(|guard| guard.stands_for).unwrap_or(self.time.len() as f64)
     }
 
     /// How many samples do not count because they are so close to a turn.

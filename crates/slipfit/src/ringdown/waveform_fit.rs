@@ -6,6 +6,7 @@ use super::criteria::{Criteria, WaveformCriteria};
 use super::envelope::{A0, DELTA, DRAG, X_F, law_of};
 use super::last_swing::LastSwing;
 use super::measured::MeasuredDecay;
+use super::nuisance_selection::{ALWAYS, NuisanceSelection, OPTIONAL, in_order, minimum};
 use super::remainder::{Remainder, harmonics};
 use super::samples::Samples;
 use super::wandering_phase::WanderingPhase;
@@ -13,9 +14,7 @@ use super::waveform::{
     BEND, Bend, CHIRP, COUNT, Guard, OFFSET, OMEGA, Observable, PHASE, RestLevel, Waveform, rest_tells,
 };
 use super::window_fit::{Problem, WindowFit};
-use crate::inference::least_squares::{
-    Fit, LeastSquares, Normal, STEP_TOLERANCE, minimise_until, promised_gain,
-};
+use crate::inference::least_squares::Fit;
 use crate::inference::noise::NoiseModel;
 use crate::inference::quadratic::given;
 use crate::model::loss::{LossModel, LossTerm};
@@ -23,11 +22,6 @@ use crate::motion::decay::parameters::shape_slot;
 use crate::signal::blocks;
 use std::f64::consts::PI;
 use std::ops::Range;
-
-/// Parameters of phase and offset that every motion has.
-const ALWAYS: [usize; 3] = [PHASE, OMEGA, OFFSET];
-/// Disturbances of phase and offset, in the model only where the data pay for them.
-const OPTIONAL: [usize; 4] = [BEND, CHIRP, OFFSET + 1, OFFSET + 2];
 
 /// Accelerations jump at each turn, so that a sample on the wrong side of one holds the phase where it is: those this
 /// close to a turn, rad, wait until the phase is known. Phases of blocks are less wrong than that from a Q of 5 on.
@@ -67,7 +61,7 @@ pub(crate) fn fit_waveform<'a>(
     criteria: &Criteria,
 ) -> Option<WindowFit<'a>> {
     let tells = samples.observable == Observable::Displacement
-        && rest_tells(start[X_F], measured.noise_rms, range.len());
+        && rest_tells(start[X_F], measured.noise_rms, range.len(), &criteria.waveform);
     let rest = match tells {
         _ if !samples.level_known => RestLevel::Free,
         true => RestLevel::Exact,
@@ -79,7 +73,7 @@ pub(crate) fn fit_waveform<'a>(
     let stop_s = law_of(best, best[OMEGA]).stop_time_s().map(|t| found.origin + t).filter(|t| *t < found.end);
     let Some(stop_s) = stop_s.filter(|_| rest != RestLevel::Free) else { return Some(found) };
     let wanders = low_frequency >= criteria.coloured_noise.low_frequency * measured.noise_rms.powi(2)
-        && !rest_tells(best[X_F], low_frequency.sqrt(), range.len());
+        && !rest_tells(best[X_F], low_frequency.sqrt(), range.len(), &criteria.waveform);
     let variance = found.comparison.noise.residual_variance(&found.comparison.preferred()?.bounded);
     if !wanders && !rest_is_rounded(samples, stop_s, variance, criteria) {
         return Some(found);
@@ -101,101 +95,32 @@ fn rest_is_rounded(samples: &Samples, stop_s: f64, variance: f64, criteria: &Cri
     step > 0.0 && shared * (at_rest as f64 / variance).sqrt() > criteria.waveform.rounding_of_rest
 }
 
+/// The samples of a window that motions are fitted to.
+struct WindowSamples<'a, 'm> {
+    samples: &'a Samples<'a>,
+    measured: &'m MeasuredDecay,
+    range: Range<usize>,
+    criteria: &'m Criteria,
+}
+
 /// [`fit_waveform`] given what the level of the rest says, and the variance of white noise with the
 /// density that the residuals have at low frequencies.
 fn fit_with_rest<'a>(
     samples: &'a Samples,
     measured: &MeasuredDecay,
     range: Range<usize>,
-    mut start: Vec<f64>,
+    start: Vec<f64>,
     rest: RestLevel,
     (asked, models): (Option<LossModel>, Models),
     criteria: &Criteria,
 ) -> Option<(WindowFit<'a>, f64)> {
-    let losses = loss_parameters(asked);
-    // What no other term or disturbance may explain first.
-    let mut basic: Vec<usize> =
-        [A0, X_F, DELTA].into_iter().chain(LossTerm::further_of(asked).flat_map(slots)).collect();
-    start = offer(&start, asked);
-    let n = range.len();
-    let origin = samples.time[range.start];
-    let duration = samples.time[range.end - 1] - origin;
-    let law = law_of(&start, start[OMEGA]);
-    let backbone = Bend::along(|t| law.amplitude(t), duration);
-    let mut problem = Waveform {
-        time: &samples.time[range.clone()],
-        signal: &samples.signal[range.clone()],
-        observable: samples.observable,
-        guard: None,
-        origin,
-        duration,
-        bend: None,
-        rest,
-        // Of a phase, and of what is computed of it; that of stamps far from zero is in the samples.
-        rounding_rms: f64::EPSILON * (start[OMEGA] * duration + 1.0) * start[A0].abs(),
-        active: [&losses[..], &ALWAYS, &OPTIONAL].concat(),
-        gathered: None,
-    };
-    let mut nuisance = ALWAYS.to_vec();
-    if start[BEND] != 0.0 {
-        problem.bend = Some(backbone.clone());
-    }
-    nuisance.extend([BEND, CHIRP].into_iter().filter(|&slot| start[slot] != 0.0));
-    let free = with(&basic, &nuisance);
-    if samples.observable == Observable::Acceleration {
-        let within = |reach, start: &[f64]| {
-            let guard = Some(Guard { reach, stands_for: None });
-            let guarded = Waveform { guard, ..problem.clone() };
-            Some(Guard { reach, stands_for: Some((n - guarded.at_turns(start)) as f64) })
-        };
-        let guarded = Waveform { guard: within(START_GUARD, &start), ..problem.clone() };
-        start = minimum(&guarded, &start, &free)?.parameters;
-        problem.guard = within(criteria.waveform.turn_guard, &start);
-    }
-    let mut fit = minimum(&problem, &start, &free)?;
-    let excess = |fit: &Fit| fit.rss / n as f64 / measured.noise_rms.powi(2);
-    let stops = |fit: &Fit| {
-        law_of(&fit.parameters, fit.parameters[OMEGA]).stop_time_s().is_some_and(|t| t < duration)
-    };
-    problem.bend.get_or_insert(backbone);
-    problem = problem.gathered_about(&fit.parameters);
-    if excess(&fit) > criteria.waveform.variance_ratio && stops(&fit) && rest == RestLevel::Exact {
-        fit = LastSwing::search(&problem, fit, |_| 1.0, &criteria.waveform).fit;
-    }
-    // In a record of a cycle or two an offset that drifts by chance would cost most of what is
-    // known about the loss.
-    let price = (n as f64).ln() + criteria.inference.instrument_bic_margin;
-    add_nuisances(&problem, &mut fit, &basic, &mut nuisance, price)?;
-    if excess(&fit) > criteria.waveform.most_excess {
-        // What drag explains is no phase that wanders.
-        if basic.contains(&DRAG) || asked.is_some_and(|model| !model.has(LossTerm::Drag)) {
-            return None;
-        }
-        basic.push(DRAG);
-        fit = minimum(&problem, &fit.parameters, &with(&basic, &nuisance))?;
-        add_nuisances(&problem, &mut fit, &basic, &mut nuisance, price)?;
-        if excess(&fit) > criteria.waveform.most_excess {
-            return None;
-        }
-    }
-    // What was started with must also pay.
-    for term in [CHIRP, BEND] {
-        drop_nuisance(&problem, &mut fit, &basic, &mut nuisance, term, price);
-    }
-    prefer_bend(&problem, &mut fit, &basic, &mut nuisance, price);
-    if !nuisance.contains(&BEND) {
-        problem.bend = None;
-    }
-    if problem.gathered.is_none() {
-        problem = problem.gathered_about(&fit.parameters);
-    }
-    problem.active = [&losses[..], &nuisance].concat();
-    problem.active.sort_unstable();
-    let stands_for = problem.guard.and_then(|guard| guard.stands_for);
-    let mut noise = NoiseModel::white(stands_for.unwrap_or(n as f64));
+    let window = WindowSamples { samples, measured, range: range.clone(), criteria };
+    let (problem, NuisanceSelection { mut fit, nuisance, .. }) =
+        window.select_nuisances(offer(&start, asked), rest, asked)?;
+    let (n, duration) = (range.len(), problem.duration);
     // Of more samples, a fit that leaves no more than the noise is hardly a side minimum.
     let few = n <= criteria.waveform.multi_start_samples;
-    let side_minima = excess(&fit) > criteria.waveform.variance_ratio
+    let side_minima = window.excess(&fit) > criteria.waveform.variance_ratio
         || few && may_stop(&fit, n, duration, &criteria.waveform);
     if side_minima && fit.parameters[DRAG] != 0.0 && !fit.free.contains(&DRAG) {
         // That of the amplitudes, which hides where the motion stops without it.
@@ -204,14 +129,8 @@ fn fit_with_rest<'a>(
         fit = minimum(&problem, &start, &fit.free)?;
     }
     let mut several_minima = side_minima;
-    if side_minima && stops(&fit) && rest != RestLevel::Free {
-        let inflation = |fit: &Fit| {
-            let left = Remainder::new(&problem, range.start, fit, &measured.points);
-            left.variance_inflation_beside(
-                WanderingPhase::of(&problem, fit, measured.noise_rms, &criteria.phase),
-                criteria,
-            )
-        };
+    if side_minima && stops(&fit, duration) && rest != RestLevel::Free {
+        let inflation = |fit: &Fit| window.remainder(&problem, fit).serial_inflation;
         let last = LastSwing::search(&problem, fit, inflation, &criteria.waveform);
         fit = last.fit;
         several_minima = !last.is_known;
@@ -220,18 +139,17 @@ fn fit_with_rest<'a>(
             return fit_with_rest(samples, measured, range, start, rest, (asked, models), criteria);
         }
     }
+    let mut noise = NoiseModel::white(problem.counted());
     let whole = whole_loss(&fit, duration);
     let last = problem.gathered.is_some().then(|| [problem.closely(), problem.exact()]);
     let last = last.as_ref().map(|[closely, exact]| LastSteps { closely, exact });
     let search =
         Search { asked, models, begun: Some(&fit), side_minima, last, criteria: &criteria.inference };
     let comparison = compare(&problem, &fit.parameters, &nuisance, noise, whole, search);
-    let left = Remainder::new(&problem, range.start, &comparison.preferred()?.bounded, &measured.points);
     let best = &comparison.preferred()?.bounded;
+    let Left { remainder: left, wandering, serial_inflation } = window.remainder(&problem, best);
     let least = criteria.sensor.samples_per_cycle;
     let harmonics = harmonics(&problem, range.start, &left, best, &measured.points, least);
-    let wandering = WanderingPhase::of(&problem, best, measured.noise_rms, &criteria.phase);
-    let serial_inflation = left.variance_inflation_beside(wandering, criteria);
     noise.variance_inflation = serial_inflation;
     // Where the noise about the frequency of the motion is known, the remainder is measured by that.
     let known = left.in_phase.excess * left.variance / measured.noise_rms.powi(2).max(f64::MIN_POSITIVE);
@@ -245,9 +163,9 @@ fn fit_with_rest<'a>(
     }
     let fit = WindowFit {
         comparison: comparison.with_noise(noise),
+        origin: problem.origin,
+        end: problem.origin + duration,
         problem: Problem::Waveform(problem),
-        origin,
-        end: origin + duration,
         excess,
         excess_freedom: left.in_phase.freedom,
         autocorrelation: left.in_phase.autocorrelation,
@@ -258,6 +176,127 @@ fn fit_with_rest<'a>(
         outliers: 0,
     };
     Some((fit, left.low_frequency))
+}
+
+/// What a motion leaves of the samples.
+struct Left {
+    remainder: Remainder,
+    wandering: Option<WanderingPhase>,
+    /// By which the variance of the parameters exceeds that under white noise.
+    serial_inflation: f64,
+}
+
+impl<'a> WindowSamples<'a, '_> {
+    /// The problem of the window, and the fit of the basic losses with the nuisances that pay for themselves. `None` where
+    /// the phase wanders too much for the exact motion.
+    fn select_nuisances(
+        &self,
+        start: Vec<f64>,
+        rest: RestLevel,
+        asked: Option<LossModel>,
+    ) -> Option<(Waveform<'a>, NuisanceSelection)> {
+        let criteria = self.criteria;
+        let losses = loss_parameters(asked);
+        let further = LossTerm::further_of(asked).flat_map(slots);
+        let basic: Vec<usize> = [A0, X_F, DELTA].into_iter().chain(further).collect();
+        let (mut problem, backbone) = self.problem(&start, rest, &losses);
+        let started = [BEND, CHIRP].into_iter().filter(|&slot| start[slot] != 0.0);
+        let nuisance: Vec<usize> = ALWAYS.into_iter().chain(started).collect();
+        let fit = self.first_fit(&mut problem, start, &in_order(&basic, &nuisance))?;
+        // In a record of a cycle or two an offset that drifts by chance would cost most of what is
+        // known about the loss.
+        let price = (self.range.len() as f64).ln() + criteria.inference.instrument_bic_margin;
+        let mut selection = NuisanceSelection { fit, basic, nuisance, price };
+        problem.bend.get_or_insert(backbone);
+        problem = problem.gathered_about(&selection.fit.parameters);
+        let unexplained = self.excess(&selection.fit) > criteria.waveform.variance_ratio;
+        if unexplained && stops(&selection.fit, problem.duration) && rest == RestLevel::Exact {
+            selection.fit = LastSwing::search(&problem, selection.fit, |_| 1.0, &criteria.waveform).fit;
+        }
+        selection.add(&problem)?;
+        if self.excess(&selection.fit) > criteria.waveform.most_excess {
+            // What drag explains is no phase that wanders.
+            let may_have_drag = asked.is_none_or(|model| model.has(LossTerm::Drag));
+            if selection.basic.contains(&DRAG) || !may_have_drag {
+                return None;
+            }
+            selection = selection.with_loss(&problem, DRAG)?;
+            selection.add(&problem)?;
+            if self.excess(&selection.fit) > criteria.waveform.most_excess {
+                return None;
+            }
+        }
+        // What was started with must also pay.
+        for term in [CHIRP, BEND] {
+            selection.drop(&problem, term);
+        }
+        selection.prefer_bend(&problem);
+        if !selection.nuisance.contains(&BEND) {
+            problem.bend = None;
+        }
+        if problem.gathered.is_none() {
+            problem = problem.gathered_about(&selection.fit.parameters);
+        }
+        problem.active = in_order(&losses, &selection.nuisance);
+        Some((problem, selection))
+    }
+
+    /// Every sample against the motion, with all disturbances of phase and offset, and the shape of a backbone that the
+    /// start has if it bends.
+    fn problem(&self, start: &[f64], rest: RestLevel, losses: &[usize]) -> (Waveform<'a>, Bend) {
+        let samples = self.samples;
+        let origin = samples.time[self.range.start];
+        let duration = samples.time[self.range.end - 1] - origin;
+        let law = law_of(start, start[OMEGA]);
+        let backbone = Bend::along(|t| law.amplitude(t), duration);
+        let problem = Waveform {
+            time: &samples.time[self.range.clone()],
+            signal: &samples.signal[self.range.clone()],
+            observable: samples.observable,
+            guard: None,
+            origin,
+            duration,
+            bend: (start[BEND] != 0.0).then(|| backbone.clone()),
+            rest,
+            // Of a phase, and of what is computed of it; that of stamps far from zero is in the samples.
+            rounding_rms: f64::EPSILON * (start[OMEGA] * duration + 1.0) * start[A0].abs(),
+            active: [losses, &ALWAYS, &OPTIONAL].concat(),
+            gathered: None,
+        };
+        (problem, backbone)
+    }
+
+    /// The minimum from a start; of accelerations without the samples beside their turns.
+    fn first_fit(&self, problem: &mut Waveform, mut start: Vec<f64>, free: &[usize]) -> Option<Fit> {
+        if self.samples.observable == Observable::Acceleration {
+            let within = |reach, start: &[f64]| {
+                let guard = Some(Guard { reach, stands_for: None });
+                let guarded = Waveform { guard, ..problem.clone() };
+                Some(Guard { reach, stands_for: Some((self.range.len() - guarded.at_turns(start)) as f64) })
+            };
+            let guarded = Waveform { guard: within(START_GUARD, &start), ..problem.clone() };
+            start = minimum(&guarded, &start, free)?.parameters;
+            problem.guard = within(self.criteria.waveform.turn_guard, &start);
+        }
+        minimum(problem, &start, free)
+    }
+
+    /// Variance of the residuals over that of the noise.
+    fn excess(&self, fit: &Fit) -> f64 {
+        fit.rss / self.range.len() as f64 / self.measured.noise_rms.powi(2)
+    }
+
+    fn remainder(&self, problem: &Waveform, fit: &Fit) -> Left {
+        let remainder = Remainder::new(problem, self.range.start, fit, &self.measured.points);
+        let wandering = WanderingPhase::of(problem, fit, self.measured.noise_rms, &self.criteria.phase);
+        let serial_inflation = remainder.variance_inflation_beside(wandering, self.criteria);
+        Left { remainder, wandering, serial_inflation }
+    }
+}
+
+/// Whether the motion stops within the window.
+fn stops(fit: &Fit, duration: f64) -> bool {
+    law_of(&fit.parameters, fit.parameters[OMEGA]).stop_time_s().is_some_and(|t| t < duration)
 }
 
 /// All of the loss of a fit at its first amplitude.
@@ -279,110 +318,6 @@ fn may_stop(fit: &Fit, samples: usize, duration: f64, criteria: &WaveformCriteri
     let most = fit.parameters[X_F] + criteria.last_swing_errors * std_error;
     let stopping = given(fit, &[(X_F, most)]);
     stopping.is_some_and(|(_, p)| law_of(&p, p[OMEGA]).stop_time_s().is_some_and(|t| t < duration))
-}
-
-/// The minimum from a start, the last small step taken.
-fn minimum(problem: &Waveform, start: &[f64], free: &[usize]) -> Option<Fit> {
-    minimise_until(problem, start, free, STEP_TOLERANCE, true)
-}
-
-/// The basic losses and the nuisances, in order.
-fn with(basic: &[usize], nuisance: &[usize]) -> Vec<usize> {
-    let mut free = [basic, nuisance].concat();
-    free.sort_unstable();
-    free
-}
-
-/// Adds the nuisance that promises most, as long as one pays its price.
-fn add_nuisances(
-    problem: &Waveform,
-    fit: &mut Fit,
-    basic: &[usize],
-    nuisance: &mut Vec<usize>,
-    price: f64,
-) -> Option<()> {
-    let n = problem.time.len() as f64;
-    let mut sums = Normal::zeros(COUNT);
-    // The one that promises most, and its gain in variances.
-    let most_promising = |sums: &Normal, nuisance: &[usize], free: usize| {
-        let variance = sums.rss / (n - free as f64).max(1.0);
-        // Beside drag, which may explain the same.
-        let promised = |nuisance: &[usize]| {
-            let mut free = with(basic, nuisance);
-            free.push(DRAG);
-            promised_gain(sums, &free)
-        };
-        let alone = promised(nuisance)?;
-        let others = OPTIONAL.into_iter().filter(|o| !nuisance.contains(o));
-        let others = others.filter(|&o| o != OFFSET + 2 || nuisance.contains(&(OFFSET + 1)));
-        let gains = others.filter_map(|o| Some((o, (promised(&beside(nuisance, o))? - alone) / variance)));
-        gains.max_by(|a, b| a.1.total_cmp(&b.1))
-    };
-    let rough = problem.gathered.as_ref().and_then(|(sums, _)| sums.roughly_at(&fit.parameters));
-    if let Some((_, gain)) = rough.and_then(|sums| most_promising(sums, nuisance, fit.free.len()))
-        && gain < ROUGH_PART * price
-    {
-        return Some(());
-    }
-    for _ in 0..OPTIONAL.len() {
-        if !problem.normal(&fit.parameters, &mut sums) {
-            return None;
-        }
-        let candidate = most_promising(&sums, nuisance, fit.free.len()).filter(|(_, gain)| *gain > price);
-        let Some((term, _)) = candidate else { break };
-        let wider = beside(nuisance, term);
-        let Some(next) = minimum(problem, &fit.parameters, &with(basic, &wider)) else { break };
-        *nuisance = wider;
-        *fit = next;
-    }
-    Some(())
-}
-
-/// Part of its price that a disturbance roughly promises at least where it may pay it.
-const ROUGH_PART: f64 = 0.5;
-
-fn beside(nuisance: &[usize], term: usize) -> Vec<usize> {
-    nuisance.iter().copied().chain([term]).collect()
-}
-
-/// Leaves a nuisance out again if the fit without it is worse by less than its price.
-fn drop_nuisance(
-    problem: &Waveform,
-    fit: &mut Fit,
-    basic: &[usize],
-    nuisance: &mut Vec<usize>,
-    term: usize,
-    price: f64,
-) {
-    if !nuisance.contains(&term) {
-        return;
-    }
-    let fewer: Vec<usize> = nuisance.iter().copied().filter(|&o| o != term).collect();
-    let mut start = fit.parameters.clone();
-    start[term] = 0.0;
-    let Some(without) = minimum(problem, &start, &with(basic, &fewer)) else { return };
-    let variance = fit.rss / (problem.time.len() as f64 - fit.free.len() as f64).max(1.0);
-    if (without.rss - fit.rss) / variance < price {
-        *nuisance = fewer;
-        *fit = without;
-    }
-}
-
-/// Takes a frequency that depends on the amplitude in place of one that drifts, if the fit is worse by less than a price:
-/// every pendulum has the one, and along a short decay they look alike.
-fn prefer_bend(problem: &Waveform, fit: &mut Fit, basic: &[usize], nuisance: &mut Vec<usize>, price: f64) {
-    if !nuisance.contains(&CHIRP) || nuisance.contains(&BEND) {
-        return;
-    }
-    let bent: Vec<usize> = nuisance.iter().map(|&o| if o == CHIRP { BEND } else { o }).collect();
-    let mut start = fit.parameters.clone();
-    start[CHIRP] = 0.0;
-    let Some(found) = minimum(problem, &start, &with(basic, &bent)) else { return };
-    let variance = fit.rss / (problem.time.len() as f64 - fit.free.len() as f64).max(1.0);
-    if (found.rss - fit.rss) / variance < price {
-        *nuisance = bent;
-        *fit = found;
-    }
 }
 
 #[cfg(test)]

@@ -1,6 +1,29 @@
-//! Every threshold that decides how the phase of an oscillation is followed.
+//! Every threshold that decides how an oscillation is found in a spectrum and how its phase is followed.
 
 use crate::inference::criteria::criteria;
+
+criteria! {
+    /// The lines of a spectrum: which of them is the motion.
+    pub struct SpectrumCriteria in "spectrum" {
+        /// Cycles in a record at least: a line of fewer is drift.
+        least_cycles: f64 = 0.7, source "the lowest bin of a spectrum has one", moves "refusals";
+        /// Cycles in a record, or a part of it, that tell a frequency apart from its neighbours and from its harmonics.
+        many_cycles: f64 = 8.0, source "the main lobe of a Hann window is four bins wide", moves "refusals";
+        /// Amplitude over the largest deflection below which the strongest line of a record may be noise.
+        weak_line: f64 = 0.1, source "chosen by simulation", moves "refusals of long records";
+        /// Ratio of two frequencies within which one of them is no news of the other.
+        same_frequency: f64 = 1.5, source "chosen by simulation", moves "refusals of long records";
+        /// Cycles in a part of a record, at least, of an oscillation that is brief.
+        brief_cycles: f64 = 3.0, source "chosen by simulation", moves "refusals of long records";
+        /// Its amplitude there over that of the line found over all.
+        brief_wider: f64 = 2.0, source "chosen by simulation", moves "refusals of long records";
+        /// What its line leaves of the variance of the part over what that of all leaves, at most.
+        brief_left: f64 = 0.75, source "the strongest line of noise in a hundred samples explains a seventh of them",
+            moves "refusals of long records";
+        /// Median steps that a gap in the stamps is longer than.
+        gap_steps: f64 = 8.0, source "chosen by simulation", moves "several modes reported in records with gaps";
+    }
+}
 
 criteria! {
     /// The phase of the oscillation: its law, and its random walk.
@@ -30,6 +53,8 @@ criteria! {
         step_errors: f64 = 8.0, source "none in 8400 decays without a knock", moves "warnings";
         /// Times the largest change of the phase beside it that such a step is.
         step_isolated: f64 = 2.5, source "a phase that walks or beats changes everywhere", moves "warnings";
+        /// Changes of the phase on either side whose median is the rate beside such a step.
+        step_beside: usize = 4, source "half of eight may lie off it", moves "warnings";
         /// Blocks without which no step is looked for.
         step_blocks: usize = 12, source "four on either side of a step, and as many more", moves "warnings";
         /// Standard errors by which a random walk of the phase stands out of its noise.

@@ -15,7 +15,7 @@ use crate::{Error, Quantity};
 use settle::Settled;
 use sine::{PhaseLaw, Sine, Wave};
 
-use crate::signal::{blocks::wrap, spectrum};
+use crate::signal::{blocks::wrap, criteria::SpectrumCriteria, spectrum};
 
 /// Choices for [`demodulate`]. The default finds everything by itself.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -218,8 +218,9 @@ fn frequency(
     // Without a drive the end of the record tells best: the transient has its own frequency.
     let half = if drive.is_some() { 0 } else { time.len() / 2 };
     let leader = drive.unwrap_or(response);
-    let line = spectrum::dominant(&time[half..], &leader[half..], None)
-        .or_else(|| spectrum::dominant(time, leader, None));
+    let lines = &SpectrumCriteria::default();
+    let line = spectrum::dominant(&time[half..], &leader[half..], None, lines)
+        .or_else(|| spectrum::dominant(time, leader, None, lines));
     let omega = line.map(|l| TAU * l.frequency_hz).filter(|w| *w > 0.0 && w.is_finite()).ok_or(none)?;
     // A phase that runs away is no transient: the frequency must be right first.
     Ok(Sine::refined(&time[half..], &leader[half..], omega, criteria).map_or(omega, |sine| sine.omega))

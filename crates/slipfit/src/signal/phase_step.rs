@@ -12,9 +12,6 @@ pub(crate) struct PhaseStep {
     pub(crate) radians: f64,
 }
 
-/// Changes of the phase on either side whose median is the rate beside a step.
-const BESIDE: usize = 4;
-
 /// The largest step of the phase from one block to the next but one: a knock within a block shows on both sides of it.
 ///
 /// It exceeds its own error, or where all such changes scatter by more that of their scatter, by
@@ -22,6 +19,7 @@ const BESIDE: usize = 4;
 pub(crate) fn phase_step(blocks: &[Block], noise_rms: f64, criteria: &PhaseCriteria) -> Option<PhaseStep> {
     let weight: Vec<f64> = blocks.iter().map(|b| phase_weight(b, noise_rms)).collect();
     let sure = weight.iter().position(|w| *w < criteria.sure_weight).unwrap_or(weight.len());
+    let beside = criteria.step_beside;
     let (blocks, weight) = (&blocks[..sure], &weight[..sure]);
     if sure < criteria.step_blocks {
         return None;
@@ -31,12 +29,12 @@ pub(crate) fn phase_step(blocks: &[Block], noise_rms: f64, criteria: &PhaseCrite
     // Of the changes across the blocks `i + 1`, each made of two rates.
     let across = |i: usize| blocks[i + 2].time_s - blocks[i].time_s;
     let change = |i: usize| {
-        let before = i.saturating_sub(BESIDE)..i;
-        let after = i + 2..(i + 2 + BESIDE).min(rates.len());
-        let mut beside = [&rates[before], &rates[after]].concat();
-        beside.sort_unstable_by(f64::total_cmp);
+        let before = i.saturating_sub(beside)..i;
+        let after = i + 2..(i + 2 + beside).min(rates.len());
+        let mut around = [&rates[before], &rates[after]].concat();
+        around.sort_unstable_by(f64::total_cmp);
         // Of a rate that drifts the two in the middle lie on either side.
-        let rate = 0.5 * (beside[(beside.len() - 1) / 2] + beside[beside.len() / 2]);
+        let rate = 0.5 * (around[(around.len() - 1) / 2] + around[around.len() / 2]);
         blocks[i + 2].phase - blocks[i].phase - rate * across(i)
     };
     let changes: Vec<f64> = (0..sure - 2).map(change).collect();
@@ -44,10 +42,10 @@ pub(crate) fn phase_step(blocks: &[Block], noise_rms: f64, criteria: &PhaseCrite
     let scatter = deviation((0..changes.len()).map(own))?.max(1.0);
     let errors = |i: usize| own(i) / scatter;
     // At the ends there is one side alone, and a law that bends there looks like a step.
-    let inside = BESIDE..changes.len().saturating_sub(BESIDE);
+    let inside = beside..changes.len().saturating_sub(beside);
     let largest = inside.max_by(|a, b| errors(*a).total_cmp(&errors(*b)))?;
-    let beside = (largest.saturating_sub(BESIDE)..=largest + BESIDE).filter(|i| i.abs_diff(largest) > 1);
-    let next = beside.map(|i| changes[i].abs()).fold(0.0, f64::max);
+    let around = (largest.saturating_sub(beside)..=largest + beside).filter(|i| i.abs_diff(largest) > 1);
+    let next = around.map(|i| changes[i].abs()).fold(0.0, f64::max);
     let found = PhaseStep { time_s: blocks[largest + 1].time_s, radians: changes[largest] };
     (errors(largest) > criteria.step_errors && found.radians.abs() > criteria.step_isolated * next)
         .then_some(found)

@@ -1,5 +1,6 @@
 //! Periodogram: the oscillations of a stretch of record, and a band-pass filter.
 
+use super::criteria::SpectrumCriteria;
 use super::fourier;
 use super::transform::{Grid, LONGEST, amplitudes, loudest, loudest_grid, median_step};
 use crate::inference::least_squares::linear;
@@ -61,9 +62,8 @@ impl Periodogram {
         noise_rms * (6.0 * height / self.samples.max(1) as f64).sqrt()
     }
 
-    fn strongest(&self, band_hz: Option<[f64; 2]>) -> Option<Line> {
-        // Below one cycle per stretch there is only drift.
-        let lowest = band_hz.map_or(0.0, |b| b[0]).max(0.7 / self.duration);
+    fn strongest(&self, band_hz: Option<[f64; 2]>, criteria: &SpectrumCriteria) -> Option<Line> {
+        let lowest = band_hz.map_or(0.0, |b| b[0]).max(criteria.least_cycles / self.duration);
         let highest = band_hz.map_or(f64::INFINITY, |b| b[1]);
         let inside = |i: &usize| (lowest..=highest).contains(&(*i as f64 * self.bin));
         let bins = self.spectrum.len();
@@ -93,8 +93,13 @@ fn highest_of(values: &[f64]) -> Option<usize> {
 ///
 /// Long records are searched in the stretch of highest variance; when fewer
 /// than eight cycles fit into it, it is averaged eightfold and lengthened.
-pub(crate) fn dominant(time: &[f64], signal: &[f64], band_hz: Option<[f64; 2]>) -> Option<Line> {
-    dominant_of(&Periodogram::of(time, signal)?, time, signal, band_hz)
+pub(crate) fn dominant(
+    time: &[f64],
+    signal: &[f64],
+    band_hz: Option<[f64; 2]>,
+    criteria: &SpectrumCriteria,
+) -> Option<Line> {
+    dominant_of(&Periodogram::of(time, signal)?, time, signal, band_hz, criteria)
 }
 
 /// As [`dominant`], its periodogram already at hand.
@@ -103,23 +108,24 @@ pub(crate) fn dominant_of(
     time: &[f64],
     signal: &[f64],
     band_hz: Option<[f64; 2]>,
+    criteria: &SpectrumCriteria,
 ) -> Option<Line> {
     let mut width = 1;
     let mut wider: Option<Periodogram> = None;
     loop {
         let here = wider.as_ref().unwrap_or(periodogram);
-        let line = here.strongest(band_hz)?;
+        let line = here.strongest(band_hz, criteria)?;
         let whole = here.samples >= signal.len() / width;
-        let many_cycles = line.frequency_hz * here.duration >= 8.0;
-        if many_cycles && !(whole && width == 1 && is_weak(&line, signal)) {
+        let many_cycles = line.frequency_hz * here.duration >= criteria.many_cycles;
+        if many_cycles && !(whole && width == 1 && is_weak(&line, signal, criteria)) {
             return Some(line);
         }
         if whole {
             let apart = |found: &Line| {
                 let ratio = found.frequency_hz / line.frequency_hz;
-                !many_cycles || !(1.0 / SAME..=SAME).contains(&ratio)
+                !many_cycles || !(1.0 / criteria.same_frequency..=criteria.same_frequency).contains(&ratio)
             };
-            return Some(brief(time, signal, band_hz, &line).filter(apart).unwrap_or(line));
+            return Some(brief(time, signal, band_hz, &line, criteria).filter(apart).unwrap_or(line));
         }
         width *= 8;
         let (t, y) = averaged(time, signal, width);
@@ -129,33 +135,32 @@ pub(crate) fn dominant_of(
 
 /// Whether the amplitude of a line is a small part of the largest deflection: noise may be what is strongest on the
 /// average over a record.
-fn is_weak(line: &Line, signal: &[f64]) -> bool {
+fn is_weak(line: &Line, signal: &[f64], criteria: &SpectrumCriteria) -> bool {
     let mean = signal.iter().sum::<f64>() / signal.len() as f64;
     let largest = signal.iter().map(|x| (x - mean).abs()).fold(0.0, f64::max);
-    line.amplitude < WEAK * largest
+    line.amplitude < criteria.weak_line * largest
 }
-
-/// Part of the largest deflection below which a line may be one of noise.
-const WEAK: f64 = 0.1;
-/// Ratio of two frequencies within which one of them is no news of the other.
-const SAME: f64 = 1.5;
-/// What the line of a part leaves of it over what that of all leaves: the strongest line of noise in a hundred samples
-/// explains a seventh of them.
-const MOST_LEFT: f64 = 0.75;
 
 /// An oscillation over long before the record is: the window has hidden what swings at its very
 /// beginning, and the place of rest is left. Where a part of it swings clearly wider, it counts, unless
 /// the line found over all describes that part as well: few swings leak into every frequency.
-fn brief(time: &[f64], signal: &[f64], band_hz: Option<[f64; 2]>, line: &Line) -> Option<Line> {
+fn brief(
+    time: &[f64],
+    signal: &[f64],
+    band_hz: Option<[f64; 2]>,
+    line: &Line,
+    criteria: &SpectrumCriteria,
+) -> Option<Line> {
     let long_enough = |parts: &usize| signal.len() / parts >= 16;
     [4, 16, 64].into_iter().filter(long_enough).find_map(|parts| {
         let (from, to) = loudest(signal, signal.len() / parts);
         let part = Periodogram::of(&time[from..to], &signal[from..to])?;
-        let found = part.strongest(band_hz)?;
+        let found = part.strongest(band_hz, criteria)?;
         let cycles = found.frequency_hz * part.duration;
         let left = |line: &Line| left_by_sine(&time[from..to], &signal[from..to], line.frequency_hz);
-        let wider = cycles >= 3.0 && found.amplitude > 2.0 * line.amplitude;
-        (wider && left(&found) < MOST_LEFT * left(line)).then_some(found)
+        let wider =
+            cycles >= criteria.brief_cycles && found.amplitude > criteria.brief_wider * line.amplitude;
+        (wider && left(&found) < criteria.brief_left * left(line)).then_some(found)
     })
 }
 
@@ -186,7 +191,7 @@ pub(crate) fn loudest_line(signal: &[f64], interval_s: f64) -> Option<Line> {
     let duration = values.len() as f64 * interval_s;
     let samples = values.len();
     let (spectrum, bin) = amplitudes(&Grid { interval_s, values: Cow::Owned(values) });
-    Periodogram { spectrum, bin, duration, samples }.strongest(None)
+    Periodogram { spectrum, bin, duration, samples }.strongest(None, &SpectrumCriteria::default())
 }
 
 /// White noise under the lines of a spectrum.
@@ -198,13 +203,10 @@ pub(crate) struct NoiseFloor {
     pub(crate) probability: f64,
 }
 
-/// Median steps that a gap in the stamps is longer than.
-const GAP_STEPS: f64 = 8.0;
-
 /// The longest stretch of some stamps between gaps of half a cycle and more, over which no interpolation follows the
 /// motion: its straight line makes lines of its own. All of them where the stretch has less than half of them.
-pub(crate) fn between_gaps(time: &[f64], frequency_hz: f64) -> Range<usize> {
-    let longest_step = (0.5 / frequency_hz).max(GAP_STEPS * median_step(time));
+pub(crate) fn between_gaps(time: &[f64], frequency_hz: f64, criteria: &SpectrumCriteria) -> Range<usize> {
+    let longest_step = (0.5 / frequency_hz).max(criteria.gap_steps * median_step(time));
     let stretches = time.chunk_by(|a, b| !(b - a > longest_step));
     let mut end = 0;
     let ranges = stretches.map(|stretch| {
@@ -253,10 +255,11 @@ pub(crate) fn strongest_harmonic(
     periodogram: &Periodogram,
     main_hz: f64,
     noise: NoiseFloor,
+    criteria: &SpectrumCriteria,
 ) -> Option<(usize, f64)> {
     let Periodogram { spectrum, bin, duration, .. } = periodogram;
     // Closer than this the main line's own width reaches the second harmonic.
-    if main_hz * duration < 8.0 {
+    if main_hz * duration < criteria.many_cycles {
         return None;
     }
     let mut looked_at = 0;
@@ -350,7 +353,7 @@ mod tests {
         for f in [0.02, 3.0, 400.0] {
             let t: Vec<f64> = (0..200_000).map(|i| i as f64 * 1e-3).collect();
             let y: Vec<f64> = t.iter().map(|t| (TAU * f * t).sin() + 5.0).collect();
-            let line = dominant(&t, &y, None).expect("a line");
+            let line = dominant(&t, &y, None, &SpectrumCriteria::default()).expect("a line");
             assert!((line.frequency_hz / f - 1.0).abs() < 0.02, "{line:?} for {f}");
         }
     }
@@ -361,7 +364,7 @@ mod tests {
             let t: Vec<f64> = (0..3000).map(|i| i as f64 * 0.02).collect();
             let swing = |t: f64| 0.3 * (1.0 - t / seconds).max(0.0) * (TAU * 1.9 * t).cos();
             let y: Vec<f64> = t.iter().map(|&t| swing(t) + if t > seconds { 0.02 } else { 0.0 }).collect();
-            let line = dominant(&t, &y, None).expect("a line");
+            let line = dominant(&t, &y, None, &SpectrumCriteria::default()).expect("a line");
             assert!((line.frequency_hz / 1.9 - 1.0).abs() < 0.1, "{line:?}");
         }
     }
@@ -378,8 +381,8 @@ mod tests {
             let time: Vec<f64> = (0..5000).map(|i| f64::from(i) / 340.0).collect();
             let swing = |t: f64| (1.0 - t / 2.06).max(0.0) * (TAU * 1.7 * t).cos();
             let signal: Vec<f64> = time.iter().map(|&t| swing(t) + 0.35 * noise()).collect();
-            let line = dominant(&time, &signal, None).expect("swings");
-            assert!((1.0 / SAME..=SAME).contains(&(line.frequency_hz / 1.7)), "{seed}: {line:?}");
+            let line = dominant(&time, &signal, None, &SpectrumCriteria::default()).expect("swings");
+            assert!((1.0 / 1.5..=1.5).contains(&(line.frequency_hz / 1.7)), "{seed}: {line:?}");
         }
     }
 
@@ -399,7 +402,10 @@ mod tests {
             let periodogram = Periodogram::of(&time, &signal).expect("long enough");
             let noise = NoiseFloor { rms, probability: 0.01 };
             let lines = other_lines(&periodogram, 1.7, 0.05, 0.0, noise);
-            [!lines.is_empty(), strongest_harmonic(&periodogram, 1.7, noise).is_some()]
+            [
+                !lines.is_empty(),
+                strongest_harmonic(&periodogram, 1.7, noise, &SpectrumCriteria::default()).is_some(),
+            ]
         };
         let found: Vec<[bool; 2]> = (0..RECORDS).map(shows).collect();
         for k in 0..2 {
@@ -416,32 +422,38 @@ mod tests {
             })
             .collect();
         let periodogram = Periodogram::of(&time, &signal).expect("long enough");
-        let harmonic = strongest_harmonic(&periodogram, 1.7, NoiseFloor { rms, probability: 0.01 });
+        let harmonic = strongest_harmonic(
+            &periodogram,
+            1.7,
+            NoiseFloor { rms, probability: 0.01 },
+            &SpectrumCriteria::default(),
+        );
         assert_eq!(harmonic.map(|(order, _)| order), Some(3));
     }
 
     #[test]
     fn a_gap_parts_a_clock_and_missing_samples_do_not() {
         let even: Vec<f64> = (0..1000).map(|i| 0.01 * f64::from(i)).collect();
-        assert_eq!(between_gaps(&even, 2.0), 0..1000);
+        let criteria = SpectrumCriteria::default();
+        assert_eq!(between_gaps(&even, 2.0, &criteria), 0..1000);
         // Every third sample missing, and 0.2 s of a motion of 2 Hz.
         let thinned: Vec<f64> =
             even.iter().enumerate().filter(|(i, _)| i % 3 != 0).map(|(_, t)| *t).collect();
-        assert_eq!(between_gaps(&thinned, 2.0), 0..666);
+        assert_eq!(between_gaps(&thinned, 2.0, &criteria), 0..666);
         let short: Vec<f64> = even.iter().copied().filter(|t| !(3.0..3.2).contains(t)).collect();
-        assert_eq!(between_gaps(&short, 2.0), 0..980);
+        assert_eq!(between_gaps(&short, 2.0, &criteria), 0..980);
         let gap: Vec<f64> = even.iter().copied().filter(|t| !(3.0..3.5).contains(t)).collect();
-        assert_eq!(between_gaps(&gap, 2.0), 300..950);
+        assert_eq!(between_gaps(&gap, 2.0, &criteria), 300..950);
         // No stretch has half of the samples.
         let parts: Vec<f64> = even.iter().copied().filter(|t| t % 2.0 < 1.4).collect();
-        assert_eq!(between_gaps(&parts, 2.0), 0..parts.len());
+        assert_eq!(between_gaps(&parts, 2.0, &criteria), 0..parts.len());
     }
 
     #[test]
     fn a_band_picks_the_weaker_line() {
         let t: Vec<f64> = (0..4000).map(|i| i as f64 * 1e-2).collect();
         let y: Vec<f64> = t.iter().map(|t| (TAU * t).sin() + 0.3 * (TAU * 3.3 * t).sin()).collect();
-        let line = dominant(&t, &y, Some([2.0, 5.0])).expect("a line");
+        let line = dominant(&t, &y, Some([2.0, 5.0]), &SpectrumCriteria::default()).expect("a line");
         assert!((line.frequency_hz - 3.3).abs() < 0.05);
         let others = other_lines(&Periodogram::of(&t, &y).expect("long enough"), 1.0, 0.05, 0.01, NO_NOISE);
         assert!((others[0].frequency_hz - 3.3).abs() < 0.05, "{others:?}");

@@ -1,0 +1,125 @@
+//! Selection of the disturbances of phase and offset that the samples of a window pay for.
+
+use super::envelope::DRAG;
+use super::waveform::{BEND, CHIRP, COUNT, OFFSET, OMEGA, PHASE, Waveform};
+use crate::inference::least_squares::{
+    Fit, LeastSquares, Normal, STEP_TOLERANCE, minimise_until, promised_gain,
+};
+
+/// Parameters of phase and offset that every motion has.
+pub(super) const ALWAYS: [usize; 3] = [PHASE, OMEGA, OFFSET];
+/// Disturbances of phase and offset, in the model only where the data pay for them.
+pub(super) const OPTIONAL: [usize; 4] = [BEND, CHIRP, OFFSET + 1, OFFSET + 2];
+
+/// A fit with the nuisance parameters selected so far.
+#[derive(Debug, Clone)]
+pub(super) struct NuisanceSelection {
+    pub(super) fit: Fit,
+    /// Losses that are fitted beside them: those that no disturbance may explain first.
+    pub(super) basic: Vec<usize>,
+    pub(super) nuisance: Vec<usize>,
+    /// Sum of squares, in variances of the noise, by which a disturbance must lower that of the fit.
+    pub(super) price: f64,
+}
+
+impl NuisanceSelection {
+    /// The fit with further losses beside the others.
+    pub(super) fn with_loss(mut self, problem: &Waveform, slot: usize) -> Option<Self> {
+        self.basic.push(slot);
+        self.fit = minimum(problem, &self.fit.parameters, &self.free(&self.nuisance))?;
+        Some(self)
+    }
+
+    /// Adds the nuisance that promises most, as long as one pays its price.
+    pub(super) fn add(&mut self, problem: &Waveform) -> Option<()> {
+        let rough = problem.gathered.as_ref().and_then(|(sums, _)| sums.roughly_at(&self.fit.parameters));
+        if let Some((_, gain)) = rough.and_then(|sums| self.most_promising(problem, sums))
+            && gain < ROUGH_PART * self.price
+        {
+            return Some(());
+        }
+        let mut sums = Normal::zeros(COUNT);
+        for _ in 0..OPTIONAL.len() {
+            if !problem.normal(&self.fit.parameters, &mut sums) {
+                return None;
+            }
+            let candidate = self.most_promising(problem, &sums).filter(|(_, gain)| *gain > self.price);
+            let Some((term, _)) = candidate else { break };
+            let wider = self.beside(term);
+            let Some(next) = minimum(problem, &self.fit.parameters, &self.free(&wider)) else { break };
+            self.nuisance = wider;
+            self.fit = next;
+        }
+        Some(())
+    }
+
+    /// The nuisance that promises most by the sums at the fit, and its gain in variances.
+    fn most_promising(&self, problem: &Waveform, sums: &Normal) -> Option<(usize, f64)> {
+        let freedom = problem.time.len() as f64 - self.fit.free.len() as f64;
+        let variance = sums.rss / freedom.max(1.0);
+        // Beside drag, which may explain the same.
+        let promised = |nuisance: &[usize]| {
+            let mut free = self.free(nuisance);
+            free.push(DRAG);
+            promised_gain(sums, &free)
+        };
+        let alone = promised(&self.nuisance)?;
+        let others = OPTIONAL.into_iter().filter(|o| !self.nuisance.contains(o));
+        let others = others.filter(|&o| o != OFFSET + 2 || self.nuisance.contains(&(OFFSET + 1)));
+        let gains = others.filter_map(|o| Some((o, (promised(&self.beside(o))? - alone) / variance)));
+        gains.max_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
+    /// Leaves a nuisance out again if the fit without it is worse by less than its price.
+    pub(super) fn drop(&mut self, problem: &Waveform, term: usize) {
+        if self.nuisance.contains(&term) {
+            let fewer = self.nuisance.iter().copied().filter(|&o| o != term).collect();
+            self.replace_by(problem, term, fewer);
+        }
+    }
+
+    /// Takes a frequency that depends on the amplitude in place of one that drifts, if the fit is worse by less than a price:
+    /// every pendulum has the one, and along a short decay they look alike.
+    pub(super) fn prefer_bend(&mut self, problem: &Waveform) {
+        if self.nuisance.contains(&CHIRP) && !self.nuisance.contains(&BEND) {
+            let bent = self.nuisance.iter().map(|&o| if o == CHIRP { BEND } else { o }).collect();
+            self.replace_by(problem, CHIRP, bent);
+        }
+    }
+
+    /// Takes others, without the `absent` one, if the fit is worse by less than a price.
+    fn replace_by(&mut self, problem: &Waveform, absent: usize, others: Vec<usize>) {
+        let mut start = self.fit.parameters.clone();
+        start[absent] = 0.0;
+        let Some(found) = minimum(problem, &start, &self.free(&others)) else { return };
+        let freedom = problem.time.len() as f64 - self.fit.free.len() as f64;
+        if (found.rss - self.fit.rss) / (self.fit.rss / freedom.max(1.0)) < self.price {
+            self.nuisance = others;
+            self.fit = found;
+        }
+    }
+
+    /// The losses and some nuisances, in order.
+    fn free(&self, nuisance: &[usize]) -> Vec<usize> {
+        in_order(&self.basic, nuisance)
+    }
+
+    fn beside(&self, term: usize) -> Vec<usize> {
+        self.nuisance.iter().copied().chain([term]).collect()
+    }
+}
+
+/// Part of its price that a disturbance roughly promises at least where it may pay it.
+const ROUGH_PART: f64 = 0.5;
+
+/// Losses and nuisances, in order.
+pub(super) fn in_order(losses: &[usize], nuisance: &[usize]) -> Vec<usize> {
+    let mut free = [losses, nuisance].concat();
+    free.sort_unstable();
+    free
+}
+
+/// The minimum from a start, the last small step taken.
+pub(super) fn minimum(problem: &Waveform, start: &[f64], free: &[usize]) -> Option<Fit> {
+    minimise_until(problem, start, free, STEP_TOLERANCE, true)
+}
