@@ -3,6 +3,7 @@
 use super::active_part::active_part;
 use super::amplitude_fit::fit_amplitudes;
 use super::assemble;
+use super::band::beyond_filter;
 use super::baseline::{better, without_baseline};
 use super::bent_reading::straightened;
 use super::clipping::{ClippedCrests, clipped_crests};
@@ -15,7 +16,7 @@ use super::held::release;
 use super::hypotheses::{FittedDecay, by_waveform};
 use super::level::Baseline;
 use super::other_motion::other_motion;
-use super::samples::Samples;
+use super::samples::{Filtered, Samples};
 use super::squared_reading::squared_reading;
 use super::steady_line::without_steady_line;
 use super::window::by_law::{change_of_law, end_of_lead_in};
@@ -90,10 +91,15 @@ pub fn analyse_with(record: &Record, options: &Options, criteria: &Criteria) -> 
     options.check()?;
     let options = &below_half_the_rate(record, options)?;
     let prepared = Samples::prepare(record, options, criteria)?;
-    let whole = prepared.borrowed();
+    let band_hz = options.band_hz.filter(|_| record.kind().oscillates());
+    let whole = band_hz.map_or_else(|| Ok(prepared.borrowed()), |band_hz| prepared.within_band(band_hz))?;
     let mut answer = analyse_from_release(&whole, record, options, criteria).map_err(|refusal| {
         if may_be_amplitudes(record, criteria) { falls_as_amplitudes(refusal) } else { refusal }
     })?;
+    if let Some(band_hz) = band_hz {
+        let again = |samples: Samples| analyse_from_release(&samples, record, options, criteria).ok();
+        answer = beyond_filter(&prepared.borrowed(), answer, band_hz, criteria, again);
+    }
     if record.kind().oscillates()
         && let Some(other) = other_motion(&whole, &answer, &criteria.other_motion)
     {
@@ -394,11 +400,13 @@ fn analyse_samples(
         1 => samples.len() <= criteria.waveform.most_samples_further,
         _ => false,
     };
-    let by_samples = waveform && options.band_hz.is_none() && options.lockin.is_none() && affordable;
+    let by_samples =
+        waveform && samples.filtered != Filtered::Motion && options.lockin.is_none() && affordable;
     let decay = match by_amplitudes {
         Ok(decay) if by_samples => {
             let described = by_waveform(&samples, decay, options, criteria);
-            let short = described.measured.cycles() < criteria.few_cycles.most_cycles;
+            let short = samples.filtered == Filtered::Nothing
+                && described.measured.cycles() < criteria.few_cycles.most_cycles;
             match described.fit.problem {
                 // Blocks of whole cycles see little of so short a motion.
                 Problem::Envelope(_) if short => {
@@ -450,7 +458,7 @@ fn amplitudes<'a>(
         let reason = "too strongly damped or too short a record";
         return Err(Error::NotARingDown { cycles, needed, reason });
     }
-    if options.band_hz.is_some() {
+    if samples.filtered != Filtered::Nothing {
         // A band leaves no noise inside a block to measure: what the law leaves is the noise.
         measured.noise_rms *= fit.excess.sqrt();
         fit.excess = 1.0;

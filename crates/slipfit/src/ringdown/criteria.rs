@@ -3,7 +3,7 @@
 mod record;
 
 pub use record::{
-    ActivePartCriteria, BaselineCriteria, ClippingCriteria, HeldCriteria, OtherMotionCriteria,
+    ActivePartCriteria, BandCriteria, BaselineCriteria, ClippingCriteria, HeldCriteria, OtherMotionCriteria,
     ResolutionCriteria, SensorCriteria, SpikeCriteria, SquaredReadingCriteria, SteadyLineCriteria,
     StopCriteria,
 };
@@ -39,6 +39,8 @@ criteria_groups! {
         resolution: ResolutionCriteria,
         /// Blocks with clipped samples.
         clipping: ClippingCriteria,
+        /// A band of frequencies that is asked for.
+        band: BandCriteria,
         /// The free decay among the blocks.
         window: WindowCriteria,
         /// The start of the decay.

@@ -184,6 +184,21 @@ impl FittedMotion {
         read + self.second_mode.map_or(0.0, |mode| mode.at(time_s)) + level
     }
 
+    /// The motion without another mode up to a later instant, to its stop or as a law of closed form goes on.
+    pub(super) fn going_on_to(&self, end_s: f64) -> Self {
+        let mut motion = Self { second_mode: None, ..self.clone() };
+        if motion.table.is_empty() {
+            motion.end_s = motion.end_s.max(end_s);
+            motion.rest = motion.rest.or_else(|| motion.find_rest());
+        }
+        motion
+    }
+
+    /// The motion at any instant, before the fitted stretch as the law has it; NaN for a bare envelope.
+    pub(super) fn motion_beyond(&self, time_s: f64) -> f64 {
+        self.first_mode_at(time_s)
+    }
+
     fn first_mode_at(&self, time_s: f64) -> f64 {
         let amplitude = self.amplitude_at(time_s);
         let Some(knot) = self.phase_at(time_s) else {

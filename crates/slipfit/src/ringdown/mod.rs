@@ -6,6 +6,7 @@ mod amplitude_fit;
 mod analyse;
 mod answer;
 mod assemble;
+mod band;
 mod baseline;
 mod bent_reading;
 mod block_amplitudes;

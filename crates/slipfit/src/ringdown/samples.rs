@@ -34,8 +34,20 @@ pub(crate) struct Samples<'a> {
     pub(crate) spikes_s: Vec<f64>,
     /// Whether the level of a rest is that at which friction holds the mass; not where a baseline was subtracted.
     pub(crate) level_known: bool,
+    /// What a filter has let through a band alone.
+    pub(crate) filtered: Filtered,
     /// A rest behind these, in which the steps of the converter hide the motion.
     pub(crate) rest: Option<UnresolvedRest<'a>>,
+}
+
+/// What of the samples lies within a band of frequencies alone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Filtered {
+    Nothing,
+    /// All of them: the filter has smeared the ends of the motion, its turns and its stop.
+    Motion,
+    /// What is beside the motion.
+    Noise,
 }
 
 /// Stamps and samples of a rest that is not analysed.
@@ -55,19 +67,25 @@ fn observable(kind: SignalKind) -> Observable {
 }
 
 impl<'a> Samples<'a> {
-    /// The part of the record between `start_s` and `end_s` without its spikes and lost samples, inside the band if one is given.
+    /// The part of the record between `start_s` and `end_s` without its spikes and lost samples.
     pub(crate) fn prepare(record: &'a Record, options: &Options, criteria: &Criteria) -> Result<Self, Error> {
         let mut samples = Self::between(record, options.start_s, options.end_s)?;
         if record.kind().oscillates() {
             let repeats = || samples.converter_step(criteria.blocks.distinct_values) > 0.0;
             let left_out = not_of_the_motion(&samples.time, &samples.signal, repeats, &criteria.spikes);
             samples.leave_out(&left_out);
-            if let Some(band) = options.band_hz {
-                samples.signal = Cow::Owned(spectrum::band_pass(&samples.time, &samples.signal, band));
-            } else if options.end_s.is_none() {
+            if options.band_hz.is_none() && options.end_s.is_none() {
                 samples.leave_unresolved(criteria);
             }
         }
+        samples.check_scales()?;
+        Ok(samples)
+    }
+
+    /// The same inside a band of frequencies.
+    pub(crate) fn within_band(&self, band_hz: [f64; 2]) -> Result<Samples<'_>, Error> {
+        let signal = Cow::Owned(spectrum::band_pass(&self.time, &self.signal, band_hz));
+        let samples = Samples { signal, filtered: Filtered::Motion, ..self.borrowed() };
         samples.check_scales()?;
         Ok(samples)
     }
@@ -99,6 +117,7 @@ impl<'a> Samples<'a> {
             noise_inflation: 1.0,
             spikes_s: Vec::new(),
             level_known: true,
+            filtered: Filtered::Nothing,
             rest: None,
         })
     }
@@ -130,6 +149,7 @@ impl<'a> Samples<'a> {
             noise_inflation: self.noise_inflation,
             spikes_s: self.spikes_s.clone(),
             level_known: self.level_known,
+            filtered: self.filtered,
             rest: self.rest.clone().filter(|_| to_the_end),
         }
     }
@@ -271,6 +291,7 @@ mod tests {
             noise_inflation: 1.0,
             spikes_s: Vec::new(),
             level_known: true,
+            filtered: Filtered::Nothing,
             rest: None,
         }
     }

@@ -139,7 +139,7 @@ fn without_mode<'a>(part: &Samples<'a>, mode: ViscousMode) -> Samples<'a> {
     rest
 }
 
-fn main_mode(answer: &Answer) -> Option<MainMode> {
+pub(super) fn main_mode(answer: &Answer) -> Option<MainMode> {
     let [start_s, end_s] = answer.fit.range_s();
     let e_fold = |t: f64| answer.fit.amplitude_at(start_s + t) < answer.fit.amplitude_at(start_s) / E;
     // The rate that the motion has on average down to 1/e: at a stop it grows beyond bounds.

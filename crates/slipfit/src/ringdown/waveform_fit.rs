@@ -8,7 +8,7 @@ use super::last_swing::LastSwing;
 use super::measured::MeasuredDecay;
 use super::nuisance_selection::{ALWAYS, NuisanceSelection, OPTIONAL, in_order, minimum};
 use super::remainder::{Remainder, harmonics};
-use super::samples::Samples;
+use super::samples::{Filtered, Samples};
 use super::wandering_phase::WanderingPhase;
 use super::waveform::{
     BEND, Bend, CHIRP, COUNT, Guard, OFFSET, OMEGA, Observable, PHASE, RestLevel, Waveform, rest_tells,
@@ -153,7 +153,8 @@ fn fit_with_rest<'a>(
     noise.variance_inflation = serial_inflation;
     // Where the noise about the frequency of the motion is known, the remainder is measured by that.
     let known = left.in_phase.excess * left.variance / measured.noise_rms.powi(2).max(f64::MIN_POSITIVE);
-    let excess = if samples.noise_inflation > 1.0 { known } else { left.in_phase.excess };
+    let is_known = samples.noise_inflation > 1.0 || samples.filtered == Filtered::Noise;
+    let excess = if is_known { known } else { left.in_phase.excess };
     // What the law misses moves the cycles too, but is no noise: another law may describe it.
     if excess < criteria.answer.misfit {
         let largest = comparison.largest().map_or(best, |fit| &fit.bounded);
@@ -205,7 +206,11 @@ impl<'a> WindowSamples<'a, '_> {
         let fit = self.first_fit(&mut problem, start, &in_order(&basic, &nuisance))?;
         // In a record of a cycle or two an offset that drifts by chance would cost most of what is
         // known about the loss.
-        let price = (self.range.len() as f64).ln() + criteria.inference.instrument_bic_margin;
+        let mut price = (self.range.len() as f64).ln() + criteria.inference.instrument_bic_margin;
+        if self.samples.filtered == Filtered::Noise {
+            // In variances of the residuals, which lack the noise outside of the band.
+            price /= self.excess(&fit).clamp(f64::MIN_POSITIVE, 1.0);
+        }
         let mut selection = NuisanceSelection { fit, basic, nuisance, price };
         problem.bend.get_or_insert(backbone);
         problem = problem.gathered_about(&selection.fit.parameters);

@@ -278,7 +278,8 @@ pub(crate) fn strongest_harmonic(
 }
 
 /// The signal's part between two frequencies, read back at the stamps given: inside them as it is, outside rounded off
-/// over a tenth of the band, at the lower end of its frequency where that is less.
+/// over a tenth of the band, at the lower end of its frequency where that is less. At either end it goes on as its mirror
+/// image: where it broke off, what lies outside would have a part inside.
 pub(crate) fn band_pass(time: &[f64], signal: &[f64], band_hz: [f64; 2]) -> Vec<f64> {
     let start = time[0];
     let duration = time[time.len() - 1] - start;
@@ -298,6 +299,12 @@ pub(crate) fn band_pass(time: &[f64], signal: &[f64], band_hz: [f64; 2]) -> Vec<
         *v = signal[right - 1] + u * (signal[right] - signal[right - 1]) - mean;
     }
     let size = buffer.len();
+    let mirrored = (count - 1).min((size - count) / 2);
+    for k in 1..=mirrored {
+        let fading = (0.5 * PI * k as f64 / (mirrored + 1) as f64).cos().powi(2);
+        buffer[count - 1 + k] = fading * buffer[count - 1 - k];
+        buffer[size - k] = fading * buffer[k];
+    }
     let (mut spectrum, mut scratch) = (vec![Complex::default(); size / 2 + 1], Vec::new());
     if !fourier::forward(&mut buffer, &mut spectrum, &mut scratch) {
         return signal.to_vec();

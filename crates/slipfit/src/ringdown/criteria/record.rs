@@ -40,6 +40,20 @@ criteria! {
 }
 
 criteria! {
+    /// A band of frequencies that is asked for.
+    pub struct BandCriteria in "band" {
+        /// Times `1/(high - low)` within which its filter smears the ends of a record.
+        reach: f64 = 4.0, source "the response of the filter has fallen to a tenth", moves "coverage within a band";
+        /// Modes outside of it, at most, that are fitted and subtracted before the filter.
+        modes: usize = 3, source "a neighbour to either side, and hum", moves "coverage within a band";
+        /// Rounds, at most, in which what the motion leaves is filtered and the motion fitted again.
+        rounds: usize = 12, source "errors at the ends halve from one to the next", moves "coverage within a band";
+        /// Part of their standard errors by which the losses change in the last of them.
+        settled: f64 = 0.1, source "small against the error that is reported", moves "coverage within a band";
+    }
+}
+
+criteria! {
     /// A displacement held aside before its release.
     pub struct HeldCriteria in "held" {
         /// Range of the means of its windows, over their distance from the place of rest, at most.

@@ -1,0 +1,152 @@
+//! The samples within a band of frequencies, from which the filter takes nothing of the motion itself.
+
+use super::Answer;
+use super::criteria::{BandCriteria, Criteria};
+use super::samples::{Filtered, Samples};
+use super::second_mode::main_mode;
+use super::two_modes::mode_beside;
+use super::window::EndReason;
+use crate::Parameter;
+use crate::signal::spectrum;
+use std::borrow::Cow;
+use std::f64::consts::TAU;
+use std::ops::Range;
+
+/// The answer about the motion within a band, with the motion that it tells kept out of the filter until the losses do not
+/// change any more.
+///
+/// A filter smears the ends of a record, a stop and the turns of friction over the time `1/(high - low)`, and amplitudes
+/// there follow no law. What a motion near the true one leaves of the samples has none of that but its errors: it alone is
+/// filtered, and the motion added again.
+pub(super) fn beyond_filter<'a>(
+    unfiltered: &Samples<'a>,
+    filtered: Answer,
+    band_hz: [f64; 2],
+    criteria: &Criteria,
+    analyse: impl Fn(Samples<'a>) -> Option<Answer>,
+) -> Answer {
+    let mut answer = filtered;
+    for _ in 0..criteria.band.rounds {
+        let found = motion_and_band(unfiltered, &answer, band_hz, criteria).and_then(&analyse);
+        let Some(found) = found else { break };
+        let settled = is_settled(&answer, &found, &criteria.band);
+        answer = found;
+        if settled {
+            break;
+        }
+    }
+    answer
+}
+
+/// The motion of an answer, and what lies in the band of all that it leaves.
+fn motion_and_band<'a>(
+    unfiltered: &Samples<'a>,
+    answer: &Answer,
+    band_hz: [f64; 2],
+    criteria: &Criteria,
+) -> Option<Samples<'a>> {
+    let reach_s = criteria.band.reach / (band_hz[1] - band_hz[0]);
+    let mut samples = unfiltered.part(described(unfiltered, answer, reach_s));
+    let fit = answer.fit.going_on_to(samples.time[samples.len() - 1]);
+    let motion: Vec<f64> = samples.time.iter().map(|t| fit.motion_beyond(*t)).collect();
+    if !motion.iter().all(|x| x.is_finite()) {
+        return None;
+    }
+    let left = samples.signal.iter().zip(&motion).map(|(x, m)| x - m).collect();
+    let left = without_modes_outside(&samples.time, left, answer, band_hz, criteria);
+    let mut kept = spectrum::band_pass(&samples.time, &left, band_hz);
+    kept.iter_mut().zip(&motion).for_each(|(x, m)| *x += m);
+    samples.signal = Cow::Owned(kept);
+    // The level of a rest is that of the motion: the filter takes what the samples say of it.
+    samples.level_known = false;
+    samples.filtered = Filtered::Noise;
+    Some(samples)
+}
+
+/// What the motion leaves without the strongest modes outside of the band: where the record cuts them off, they have a part
+/// inside.
+fn without_modes_outside(
+    time_s: &[f64],
+    mut left: Vec<f64>,
+    answer: &Answer,
+    [low_hz, high_hz]: [f64; 2],
+    criteria: &Criteria,
+) -> Vec<f64> {
+    let Some(main) = main_mode(answer) else { return left };
+    for _ in 0..criteria.band.modes {
+        let found = mode_beside(time_s, &left, &main, None, criteria);
+        let Some(mode) = found.filter(|mode| !(low_hz..=high_hz).contains(&(mode.omega / TAU))) else {
+            break;
+        };
+        left.iter_mut().zip(time_s).for_each(|(x, t)| *x -= mode.at(*t));
+    }
+    left
+}
+
+/// The samples to filter: those of the window, those within reach of the filter beside it, and a rest or noise behind.
+fn described(samples: &Samples, answer: &Answer, reach_s: f64) -> Range<usize> {
+    let [from_s, to_s] = answer.fit.range_s();
+    let to_the_end = matches!(answer.segment.end_reason, EndReason::Noise | EndReason::Rest);
+    let last_s = if to_the_end { f64::INFINITY } else { to_s + reach_s };
+    samples.time.partition_point(|t| *t < from_s - reach_s)..samples.time.partition_point(|t| *t <= last_s)
+}
+
+/// Whether the losses have changed by a small part of their errors.
+fn is_settled(before: &Answer, now: &Answer, criteria: &BandCriteria) -> bool {
+    [Parameter::DECAY_RATE, Parameter::FRICTION_DISPLACEMENT].iter().all(|parameter| {
+        let pair = before.parameter(*parameter).zip(now.parameter(*parameter));
+        pair.is_none_or(|(a, b)| (a.value - b.value).abs() <= criteria.settled * a.std_error.min(b.std_error))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::motion::decay::FreeDecay;
+    use crate::noise::{assert_held, jitter};
+    use crate::ringdown::{Options, analyse};
+    use crate::{Oscillator, Parameter, Record};
+    use std::f64::consts::{PI, TAU};
+
+    const DELTA: f64 = PI * 1.2 / 80.0;
+
+    /// A decay from 0.4 m at 1.2 Hz and Q 80, with another mode.
+    fn record(x_f: f64, other: [f64; 2], repeat: usize) -> Record {
+        let oscillator = Oscillator::kinematic(TAU * 1.2, DELTA, x_f).expect("valid");
+        let decay = FreeDecay::from_rest(&oscillator, 0.4).expect("valid");
+        let [frequency_hz, amplitude] = other;
+        let sample = |i: usize| {
+            let t = i as f64 / 50.0;
+            let beside = amplitude * (-0.05 * t).exp() * (TAU * frequency_hz * t + repeat as f64).cos();
+            decay.displacement(t) + beside + 5e-4 * jitter(i + 2000 * repeat, 6)
+        };
+        Record::uniform(50.0, (0..2000).map(sample).collect()).expect("valid").with_unit("m")
+    }
+
+    fn within(band_hz: [f64; 2]) -> Options {
+        Options { band_hz: Some(band_hz), ..Options::default() }
+    }
+
+    #[test]
+    fn the_filter_makes_no_friction() {
+        for band_hz in [[0.1, 20.0], [0.6, 2.4], [1.0, 1.4]] {
+            for repeat in 0..6 {
+                let answer = analyse(&record(0.0, [3.0, 0.0], repeat), &within(band_hz)).expect("fits");
+                assert!(!answer.sliding.detected, "{band_hz:?}, {repeat}");
+                let delta = answer.parameter(Parameter::DECAY_RATE).expect("always reported");
+                let [least, most] = delta.interval_95;
+                assert!(least <= DELTA && DELTA <= most, "{band_hz:?}, {repeat}: {delta:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_truth_is_held_within_narrow_and_wide_bands() {
+        for band_hz in [[0.2, 5.0], [0.6, 2.4], [1.0, 1.4]] {
+            let alone = |repeat: usize| record(5e-4, [3.0, 0.0], repeat);
+            assert_held(alone, &within(band_hz), Parameter::FRICTION_DISPLACEMENT, 5e-4);
+            assert_held(alone, &within(band_hz), Parameter::DECAY_RATE, DELTA);
+        }
+        let beside = |repeat: usize| record(5e-4, [3.0, 0.1], repeat);
+        assert_held(beside, &within([0.5, 2.0]), Parameter::FRICTION_DISPLACEMENT, 5e-4);
+    }
+}
