@@ -1,6 +1,8 @@
 //! Tables of named columns: their sources, arrays and sheets put together to tables, and text.
 
 pub(crate) mod arrays;
+#[cfg(feature = "excel")]
+mod aside;
 pub(crate) mod binary;
 #[cfg(any(feature = "arrow", feature = "hdf5", feature = "parquet", feature = "sound"))]
 pub(crate) mod guard;

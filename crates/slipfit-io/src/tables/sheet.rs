@@ -5,8 +5,13 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use super::{
+    aside::{self, Place},
     table::{Held, HeldTables},
     text,
+};
+use crate::{
+    columns::{named, stated},
+    report::Decimal,
 };
 
 /// A cell before its place in the text is known.
@@ -22,7 +27,7 @@ pub(crate) struct Sheet {
     pub(crate) name: String,
     /// Whether cells were left unread because enough had been seen.
     pub(crate) cut: bool,
-    cells: BTreeMap<(u32, u32), Cell>,
+    cells: BTreeMap<Place, Cell>,
 }
 
 impl Sheet {
@@ -34,23 +39,37 @@ impl Sheet {
         self.cells.insert((row, column), cell);
     }
 
-    /// One line a row, tabs between cells, or why not.
-    fn text(&self) -> Result<String, String> {
+    /// The table in it, or why there is none; cells beside it are values that it names.
+    fn table(&self) -> Result<Held, String> {
+        let aside = aside::find(&self.cells);
+        let text = self.text(&aside)?;
+        let (mut held, _) = text::hold(text.as_bytes()).map_err(|e| e.to_string())?;
+        let (lines, note) = aside::lines(&self.cells, &aside);
+        let stated_rate_hz = stated::rate_hz(lines.iter().map(String::as_str), &['\t'], Decimal::Point);
+        held.head.stated_rate_hz = held.head.stated_rate_hz.or(stated_rate_hz);
+        held.head.named_values.extend(named::values(lines.into_iter()));
+        held.head.notes.extend(note.map(Into::into));
+        Ok(Held { cut: self.cut, ..held })
+    }
+
+    /// One line a row, tabs between cells but for those aside, or why not.
+    fn text(&self, aside: &[Place]) -> Result<String, String> {
+        let within = || self.cells.iter().filter(|(place, _)| aside.binary_search(place).is_err());
         // A lone cell far out would make a line of nothing but tabs: with few
         // cells there are few tabs.
         let mut wide: BTreeMap<u32, u32> = BTreeMap::new();
-        for &(row, column) in self.cells.keys() {
+        for (&(row, column), _) in within() {
             wide.entry(row).and_modify(|w| *w = column.max(*w)).or_insert(column);
         }
         let tabs: u64 = wide.values().map(|w| u64::from(*w)).sum();
         let rows = wide.keys().next_back().map_or(0, |r| u64::from(*r));
-        let cells = self.cells.len() as u64;
+        let cells = (self.cells.len() - aside.len()) as u64;
         if tabs + rows > 64 * cells + (1 << 16) {
             return Err(format!("its {cells} cells are scattered over {rows} rows"));
         }
         let mut text = String::with_capacity(self.cells.len() * 8);
         let (mut at_row, mut at_column) = (0, 0);
-        for (&(row, column), cell) in &self.cells {
+        for (&(row, column), cell) in within() {
             while at_row < row {
                 text.push('\n');
                 (at_row, at_column) = (at_row + 1, 0);
@@ -79,9 +98,8 @@ pub(crate) fn tables(sheets: &[Sheet]) -> Result<HeldTables, String> {
     let mut tables = HeldTables::default();
     let mut problems = Vec::new();
     for sheet in sheets {
-        let held = sheet.text().and_then(|text| text::hold(text.as_bytes()).map_err(|e| e.to_string()));
-        match held {
-            Ok((held, _)) => tables.absorb(Held { cut: sheet.cut, ..held }, &sheet.name),
+        match sheet.table() {
+            Ok(held) => tables.absorb(held, &sheet.name),
             Err(problem) => problems.push(format!("sheet `{}`: {problem}", sheet.name)),
         }
     }

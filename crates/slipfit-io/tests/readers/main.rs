@@ -8,6 +8,7 @@ mod formats;
 mod laboratory_curves;
 mod laboratory_records;
 mod random;
+mod sheets;
 mod sweeps;
 mod texts;
 mod writers;
