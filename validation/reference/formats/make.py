@@ -215,3 +215,15 @@ text("sweep.s2p", ["! two ports", "# MHz S DB R 50"] + rows("{:.6f} -1 0 {:.6f} 
 (out / "packed.csv.gz").write_bytes(gzip.compress(("Time (s);Angle (rad)\n" + "\n".join(rows("{:.2f};{:.6f}", t, x))).encode(), mtime=0))
 text("objects.json", [json.dumps([{"t (s)": a, "angle (rad)": b} for a, b in zip(t.tolist(), x.tolist())])])
 text("lists.json", [json.dumps({"fs": 50, "angle (rad)": x.tolist()})])
+
+# A rate beside the samples
+np.savez(out / "rate.npz", x=x, fs=np.float64(50))
+np.savez(out / "interval.npz", x=x, dt=np.array([0.02]))
+scipy.io.savemat(out / "interval.mat", {"x": x.astype(np.float32), "Tstart": -0.1, "Tinterval": 0.02, "Length": 400})
+with h5py.File(out / "rate_attribute.h5", "w") as h:
+    position = h.create_dataset("data/position", data=x)
+    position.attrs["sample_rate"], position.attrs["units"] = 50.0, "m"
+with h5py.File(out / "waveform.h5", "w") as h:
+    channel = h.create_group("Waveforms/Channel 1")
+    channel["Channel 1 Data"] = np.round(x * 1e5).astype(np.int16)
+    channel.attrs.update({"XInc": 0.02, "XOrg": 0.0, "XUnits": "Second", "YInc": 1e-5, "YOrg": 0.0, "YUnits": "Volt"})

@@ -48,17 +48,28 @@ pub(super) fn named_rate_hz(values: &[(String, String)]) -> Option<f64> {
             "sampling frequency",
             "samplingfrequency",
         ];
-        let interval = ["sample interval", "sampling interval", "sample_interval", "dt", "abtastintervall"];
+        // PicoScope and oscilloscopes of Keysight name the step so.
+        let interval = [
+            "sample interval",
+            "sampling interval",
+            "sample_interval",
+            "dt",
+            "abtastintervall",
+            "tinterval",
+            "xinc",
+        ];
         let mut parts = value.split_whitespace();
         let number: f64 = parts.next()?.parse().ok()?;
         let unit = parts.next().unwrap_or_default().to_lowercase();
         let short = [
             "fs",
+            "fs_hz",
             "f_s",
             "f_sample",
             "fsample",
             "fsamp",
             "samplingrate",
+            "rate",
             "rate_hz",
             "sampling_rate",
             "sampling_frequency",

@@ -70,14 +70,15 @@ fn member(archive: &mut Archive, name: &str) -> Result<Vec<u8>, ReadProblem> {
 }
 
 fn npz(archive: &mut Archive, names: &[String]) -> Result<HeldTables, ReadProblem> {
-    let (mut found, mut notes, named) = (Vec::new(), Vec::new(), NamedValues::new());
+    let (mut found, mut notes, mut named) = (Vec::new(), Vec::new(), NamedValues::new());
     for name in names {
         let Some(plain) = name.strip_suffix(".npy") else { continue };
         let (parent, own) = plain.rsplit_once('/').unwrap_or(("", plain));
-        match member(archive, name).and_then(|bytes| npy::arrays(&bytes, parent, own)) {
-            Ok((arrays, note)) => {
-                found.extend(arrays);
-                notes.extend(note.map(|n| format!("{own}: {n}")));
+        match member(archive, name).and_then(|bytes| npy::contents(&bytes, parent, own)) {
+            Ok(contents) => {
+                found.extend(contents.arrays);
+                named.extend(contents.named);
+                notes.extend(contents.note.map(|n| format!("{own}: {n}")));
             }
             Err(problem) => notes.push(format!("{own} was not read: {problem}")),
         }

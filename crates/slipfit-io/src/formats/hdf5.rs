@@ -175,7 +175,8 @@ impl Found {
         }
         self.seen.push(group.address());
         for attribute in group.attributes().unwrap_or_default() {
-            self.name(path, &attribute);
+            let named = value(&attribute).map(|(name, value)| (path.to_owned(), name, value));
+            self.named.extend(named);
         }
         let (groups, sets) = match group.members() {
             Ok(members) => members,
@@ -201,12 +202,18 @@ impl Found {
         }
     }
 
-    fn name(&mut self, path: &str, attribute: &hdf5_reader::Attribute) {
-        let value =
-            attribute.read_string().ok().or_else(|| attribute.read_as_f64().ok().map(|v| v.to_string()));
-        if let Some(value) = value.filter(|v| v.len() < 200) {
-            self.named.push((path.to_owned(), attribute.name.clone(), value));
-        }
+    /// Counts of a converter become readings where the group says how, as oscilloscopes of Keysight do.
+    fn scale(&mut self, path: &str, set: &str, counts: &mut [f64]) {
+        let of = |wanted: &str| {
+            let found = self.named.iter().find(|(place, name, _)| place == path && name == wanted);
+            found.and_then(|(.., value)| value.parse::<f64>().ok()).filter(|value| value.is_finite())
+        };
+        let (Some(step), Some(origin)) = (of("YInc").filter(|step| *step != 0.0), of("YOrg")) else { return };
+        counts.iter_mut().for_each(|count| *count = *count * step + origin);
+        let done = format!(
+            "`{path}/{set}` holds counts: they were multiplied by YInc, {step}, and YOrg, {origin}, was added"
+        );
+        self.notes.push(done);
     }
 
     fn set(&mut self, set: &Dataset, path: &str) -> Result<(), Error> {
@@ -237,10 +244,13 @@ impl Found {
         self.left = left;
         let raw = set.read_raw_bytes()?;
         for (field, offset, stored) in fields {
-            let values: Vec<f64> = raw
+            let mut values: Vec<f64> = raw
                 .chunks_exact(step.max(1))
                 .map(|e| e.get(offset..).map_or(f64::NAN, |bytes| stored.read(bytes)))
                 .collect();
+            if stored.kind != Kind::Float && !single {
+                self.scale(path, set.name(), &mut values);
+            }
             let own = match (field.is_empty(), path.is_empty() && single) {
                 (true, _) => set.name().to_owned(),
                 (false, _) => field.clone(),
@@ -253,11 +263,20 @@ impl Found {
             let parent = if field.is_empty() { path.to_owned() } else { format!("{path}/{}", set.name()) };
             if let Some(mut array) = Array::new(&parent, &own, &dims, values, false) {
                 array.unit.clone_from(&unit);
+                let is_unit = |name: &str| matches!(name.to_lowercase().as_str(), "unit" | "units");
+                array.named =
+                    attributes.iter().filter_map(value).filter(|(name, _)| !is_unit(name)).collect();
                 self.arrays.push(array);
             }
         }
         Ok(())
     }
+}
+
+/// Name and value of an attribute of one word or number.
+fn value(attribute: &hdf5_reader::Attribute) -> Option<(String, String)> {
+    let value = attribute.read_string().ok().or_else(|| attribute.read_as_f64().ok().map(|v| v.to_string()));
+    Some((attribute.name.clone(), value.filter(|v| v.len() < 200)?))
 }
 
 /// LZF: runs of at most 32 bytes as they are, and copies of at most 264 bytes from the 8 kB before;

@@ -331,7 +331,9 @@ mod tests {
 
     #[test]
     fn a_rate_named_in_the_file_stands_for_missing_times() {
-        for (name, value) in [("ActualRate", 50.0), ("fs", 50.0), ("dt", 0.02), ("SampleRate", 50.0)] {
+        for (name, value) in
+            [("ActualRate", 50.0), ("fs", 50.0), ("fs_Hz", 50.0), ("dt", 0.02), ("SampleRate", 50.0)]
+        {
             let bytes = file(&[numbers(name, &[value]), numbers("data", &ring(500, 0.02))]);
             let reading = read_from(&bytes[..], "gyro.mat", &ReadOptions::default()).unwrap();
             let Some(TimeSource::Rate(rate)) = reading.report.time else {

@@ -3,7 +3,7 @@
 use crate::{
     error::ReadProblem,
     format::Format,
-    tables::arrays::{self, Array},
+    tables::arrays::{self, Array, NamedValues},
     tables::binary::{Kind, Stored},
     tables::table::HeldTables,
 };
@@ -13,7 +13,7 @@ const DEEPEST: usize = 8;
 
 /// The tables of one `.npy` file.
 pub(crate) fn tables(bytes: &[u8]) -> Result<HeldTables, ReadProblem> {
-    let (arrays, note) = arrays(bytes, "", "x")?;
+    let Contents { arrays, note, .. } = contents(bytes, "", "x")?;
     if arrays.is_empty() {
         return Err(Format::Npy.broken("it holds no rows of numbers"));
     }
@@ -22,21 +22,28 @@ pub(crate) fn tables(bytes: &[u8]) -> Result<HeldTables, ReadProblem> {
     Ok(tables)
 }
 
-/// The columns of an array, and what is odd about it.
-pub(crate) fn arrays(
-    bytes: &[u8],
-    parent: &str,
-    name: &str,
-) -> Result<(Vec<Array>, Option<String>), ReadProblem> {
+/// What an array holds.
+#[derive(Default)]
+pub(crate) struct Contents {
+    /// Its columns.
+    pub(crate) arrays: Vec<Array>,
+    /// Its number where it is a single one, such as a rate.
+    pub(crate) named: NamedValues,
+    /// What is odd about it.
+    pub(crate) note: Option<String>,
+}
+
+/// The columns of an array, or its number.
+pub(crate) fn contents(bytes: &[u8], parent: &str, name: &str) -> Result<Contents, ReadProblem> {
     let header = Header::read(bytes)?;
     let size = header.fields.iter().try_fold(0_usize, |sum, f| sum.checked_add(f.bytes));
     let size = size.filter(|s| *s > 0).ok_or_else(|| Format::Npy.broken("its elements have no size"))?;
     let count = header.shape.iter().try_fold(1_usize, |n, d| n.checked_mul(*d));
     let count = count.ok_or_else(|| Format::Npy.broken("its shape is larger than any memory"))?;
     let there = header.data.len() / size;
-    let (count, mut dims, mut note) = (count.min(there), header.shape.clone(), None);
+    let (count, mut dims, mut found) = (count.min(there), header.shape.clone(), Contents::default());
     if header.shape.iter().product::<usize>() > there {
-        note = Some(format!("the array ends early: {there} of the elements its header names"));
+        found.note = Some(format!("the array ends early: {there} of the elements its header names"));
         // Only the slowest index can be short.
         let slowest = if header.first_fastest { dims.last_mut() } else { dims.first_mut() };
         if let Some(slowest) = slowest {
@@ -45,22 +52,20 @@ pub(crate) fn arrays(
         }
     }
     let count = dims.iter().product::<usize>();
-    let mut found = Vec::new();
     let mut at = 0;
     for field in &header.fields {
-        if let Some(stored) = field.stored() {
-            let values = header
-                .data
-                .chunks_exact(size)
-                .take(count)
-                .map(|e| stored.read(&e[at..at + field.bytes]))
-                .collect();
-            let name = if field.name.is_empty() { name } else { &field.name };
-            found.extend(Array::new(parent, name, &dims, values, header.first_fastest));
+        for (name, offset, stored) in field.numbers(name) {
+            let from = at + offset;
+            let elements = header.data.chunks_exact(size).take(count);
+            let values: Vec<f64> = elements.map(|e| stored.read(&e[from..at + field.bytes])).collect();
+            match values[..] {
+                [value] => found.named.push((parent.to_owned(), name, value.to_string())),
+                _ => found.arrays.extend(Array::new(parent, &name, &dims, values, header.first_fastest)),
+            }
         }
         at += field.bytes;
     }
-    Ok((found, note))
+    Ok(found)
 }
 
 /// Shape, numbers and their place of an array of three dimensions, from the first bytes of its file.
@@ -129,6 +134,15 @@ impl Field {
         matches!(order, '<' | '>' | '=' | '|').then(|| Stored::new(kind, bytes, order == '>'))?
     }
 
+    /// Its numbers by name and place: one, none of text. Without a name it has that of the array.
+    fn numbers(&self, array: &str) -> Vec<(String, usize, Stored)> {
+        let name = if self.name.is_empty() { array } else { &self.name };
+        if let Some(stored) = self.stored() {
+            return vec![(name.to_owned(), 0, stored)];
+        }
+        Vec::new()
+    }
+
     /// The unit in the code of a time, such as `<m8[ns]`.
     fn time_unit(&self) -> Option<&str> {
         let (kind, rest) = self.code.split_once('[')?;
@@ -189,7 +203,7 @@ impl<'a> Header<'a> {
             }
             field.code.truncate(field.code.find('[').unwrap_or(field.code.len()));
         }
-        if fields.iter().all(|f| f.stored().is_none()) {
+        if fields.iter().all(|f| f.numbers("").is_empty()) {
             let codes: Vec<&str> = fields.iter().map(|f| f.code.as_str()).collect();
             return Err(Format::Npy.broken(format!("its elements are no numbers: {}", codes.join(", "))));
         }

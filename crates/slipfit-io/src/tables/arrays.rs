@@ -14,6 +14,8 @@ pub(crate) struct Array {
     pub(crate) name: String,
     /// Its unit, where the file states one.
     pub(crate) unit: String,
+    /// Values that the file names of this array alone.
+    pub(crate) named: Vec<(String, String)>,
     /// Columns of equal length.
     pub(crate) columns: Vec<Vec<f64>>,
 }
@@ -47,7 +49,7 @@ impl Array {
             }
             _ => return None,
         };
-        Some(Self { parent: parent.to_owned(), name: name.to_owned(), unit: String::new(), columns })
+        Some(Self { parent: parent.to_owned(), name: name.to_owned(), columns, ..Self::default() })
     }
 
     pub(crate) fn rows(&self) -> usize {
@@ -103,14 +105,15 @@ pub(crate) fn tables(arrays: Vec<Array>, named: &NamedValues) -> HeldTables {
         .collect();
     for (group, name) in groups.into_iter().zip(names) {
         let parent = group[0].parent.clone();
+        let around = named
+            .iter()
+            .filter(|(place, ..)| *place == parent || place.is_empty())
+            .map(|(_, name, value)| (name.clone(), value.clone()));
+        let own = group.iter().flat_map(|array| array.named.iter().cloned());
         let head = Head {
             name,
             has_variables: true,
-            named_values: named
-                .iter()
-                .filter(|(place, ..)| *place == parent || place.is_empty())
-                .map(|(_, name, value)| (name.clone(), value.clone()))
-                .collect(),
+            named_values: own.chain(around).collect(),
             ..Head::of(group.iter().flat_map(Array::headers))
         };
         tables.push(head, group.into_iter().flat_map(|a| a.columns).collect(), Vec::new());

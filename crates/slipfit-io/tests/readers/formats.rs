@@ -102,6 +102,11 @@ fn expected() -> Vec<Expected> {
         Expected { file: "half.npy", format: Npy, sheet: "x", options: rate(), tolerance: 1e-4, ..e() },
         Expected { file: "arrays.npz", format: Npz, sheet: "displacement, time", ..e() },
         Expected { file: "packed.npz", format: Npz, sheet: "displacement, time", ..e() },
+        Expected { file: "rate.npz", format: Npz, sheet: "x", ..e() },
+        Expected { file: "interval.npz", format: Npz, sheet: "x", ..e() },
+        Expected { file: "interval.mat", format: Mat5, sheet: "x", tolerance: 1e-8, ..e() },
+        Expected { file: "rate_attribute.h5", format: Hdf5, sheet: "/data", unit: "m", ..e() },
+        Expected { file: "waveform.h5", format: Hdf5, sheet: "/Waveforms/Channel 1", unit: "Volt", tolerance: 5.1e-6, ..e() },
         Expected { file: "groups.h5", format: Hdf5, sheet: "/run2", options: sheet("run2"), unit: "rad", gain: 2.0, ..e() },
         Expected { file: "groups.h5", format: Hdf5, sheet: "/run1", options: sheet("/run1/"), unit: "rad", ..e() },
         Expected { file: "compound.h5", format: Hdf5, sheet: "/swing", tolerance: 1e-8, ..e() },
@@ -267,9 +272,13 @@ fn sheets_that_were_not_read_are_named() {
 
 #[test]
 fn a_rate_named_by_a_variable_is_taken() {
-    let reading = read(fixture("integers.mat"), &ReadOptions::default()).unwrap();
-    assert_eq!(reading.report.time, Some(slipfit_io::TimeSource::Rate(50.0)));
-    assert!(notes("integers.mat").contains("the rate that the file names, 50 Hz"));
+    for file in
+        ["integers.mat", "interval.mat", "rate.npz", "interval.npz", "rate_attribute.h5", "waveform.h5"]
+    {
+        let reading = got(file, &ReadOptions::default());
+        assert_eq!(reading.report.time, Some(slipfit_io::TimeSource::Rate(50.0)), "{file}");
+        assert!(notes(file).contains("the rate that the file names, 50 Hz"), "{file}: {}", notes(file));
+    }
 }
 
 #[test]
