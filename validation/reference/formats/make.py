@@ -216,10 +216,15 @@ text("sweep.s2p", ["! two ports", "# MHz S DB R 50"] + rows("{:.6f} -1 0 {:.6f} 
 text("objects.json", [json.dumps([{"t (s)": a, "angle (rad)": b} for a, b in zip(t.tolist(), x.tolist())])])
 text("lists.json", [json.dumps({"fs": 50, "angle (rad)": x.tolist()})])
 
-# A rate beside the samples
+# A rate beside the samples, and complex responses over frequency
+z = 0.004 / (1 - (f / 100) ** 2 + 0.002j)
 np.savez(out / "rate.npz", x=x, fs=np.float64(50))
 np.savez(out / "interval.npz", x=x, dt=np.array([0.02]))
+np.savez(out / "complex.npz", f=f, z=z)
+scipy.io.savemat(out / "complex.mat", {"f": f, "H": z.astype(np.complex64)})
 scipy.io.savemat(out / "interval.mat", {"x": x.astype(np.float32), "Tstart": -0.1, "Tinterval": 0.02, "Length": 400})
+with h5py.File(out / "complex.h5", "w") as h:
+    h["frequency"], h["response"] = f, z
 with h5py.File(out / "rate_attribute.h5", "w") as h:
     position = h.create_dataset("data/position", data=x)
     position.attrs["sample_rate"], position.attrs["units"] = 50.0, "m"

@@ -226,7 +226,9 @@ impl Found {
         };
         let unit = text("units").or_else(|| text("unit")).unwrap_or_default();
         let single = dims.iter().all(|d| *d <= 1);
+        let complex = complex_parts(set.dtype(), set.name());
         let fields: Vec<(String, usize, Stored)> = match set.dtype() {
+            _ if !complex.is_empty() => complex.clone(),
             Datatype::Compound { fields, .. } => {
                 fields.iter().flat_map(|f| members(&f.name, f.byte_offset as usize, &f.datatype)).collect()
             }
@@ -260,7 +262,11 @@ impl Found {
                 continue;
             }
             // The fields of a compound are a table of their own.
-            let parent = if field.is_empty() { path.to_owned() } else { format!("{path}/{}", set.name()) };
+            let parent = if field.is_empty() || !complex.is_empty() {
+                path.to_owned()
+            } else {
+                format!("{path}/{}", set.name())
+            };
             if let Some(mut array) = Array::new(&parent, &own, &dims, values, false) {
                 array.unit.clone_from(&unit);
                 let is_unit = |name: &str| matches!(name.to_lowercase().as_str(), "unit" | "units");
@@ -304,6 +310,20 @@ fn unpacked_lzf(packed: &[u8]) -> Option<Vec<u8>> {
         }
     }
     Some(bytes)
+}
+
+/// The two parts of a complex number, which h5py and PyTables write as a compound of `r` and `i`; none of anything else.
+fn complex_parts(kind: &Datatype, name: &str) -> Vec<(String, usize, Stored)> {
+    let Datatype::Compound { fields, .. } = kind else { return Vec::new() };
+    let names: Vec<&str> = fields.iter().map(|f| f.name.as_str()).collect();
+    if !matches!(names[..], ["r", "i"] | ["real", "imag"]) {
+        return Vec::new();
+    }
+    let part = |(name, f): (String, &hdf5_reader::CompoundField)| {
+        Some((name, f.byte_offset as usize, stored(&f.datatype)?))
+    };
+    let parts: Vec<_> = arrays::parts(name).into_iter().zip(fields).filter_map(part).collect();
+    if parts.len() == 2 { parts } else { Vec::new() }
 }
 
 /// The numbers of a field by name, place and form: one, or those of a short array; none of words.

@@ -236,12 +236,15 @@ impl Found {
                     return Some(());
                 }
                 values.truncate(count);
-                self.keep(Array::new(parent, name, &dims, values, true));
-                if flags & 0x800 != 0 {
-                    let mut imaginary = bytes.element()?.numbers()?;
-                    imaginary.truncate(count);
-                    self.keep(Array::new(parent, &format!("{name} imaginary"), &dims, imaginary, true));
+                if flags & 0x800 == 0 {
+                    self.keep(Array::new(parent, name, &dims, values, true));
+                    return Some(());
                 }
+                let [real, imaginary] = arrays::parts(name);
+                self.keep(Array::new(parent, &real, &dims, values, true));
+                let mut values = bytes.element()?.numbers()?;
+                values.truncate(count);
+                self.keep(Array::new(parent, &imaginary, &dims, values, true));
             }
             _ => {}
         }

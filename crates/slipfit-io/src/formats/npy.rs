@@ -134,13 +134,20 @@ impl Field {
         matches!(order, '<' | '>' | '=' | '|').then(|| Stored::new(kind, bytes, order == '>'))?
     }
 
-    /// Its numbers by name and place: one, none of text. Without a name it has that of the array.
+    /// Its numbers by name and place: one, two of a complex one, none of text. Without a name it has that of the array.
     fn numbers(&self, array: &str) -> Vec<(String, usize, Stored)> {
         let name = if self.name.is_empty() { array } else { &self.name };
         if let Some(stored) = self.stored() {
             return vec![(name.to_owned(), 0, stored)];
         }
-        Vec::new()
+        if self.code.get(1..2) != Some("c") || !matches!(self.bytes, 8 | 16) {
+            return Vec::new();
+        }
+        let half = self.bytes / 2;
+        let part = |(name, offset)| {
+            Some((name, offset, Stored::new(Kind::Float, half, self.code.starts_with('>'))?))
+        };
+        arrays::parts(name).into_iter().zip([0, half]).filter_map(part).collect()
     }
 
     /// The unit in the code of a time, such as `<m8[ns]`.

@@ -1,7 +1,11 @@
 //! Touchstone files: scattering parameters of one or two ports over frequency.
 
 use crate::{
-    columns::head::Head, error::ReadProblem, format::Format, report::Skipped, tables::table::HeldTables,
+    columns::head::Head,
+    error::ReadProblem,
+    format::Format,
+    report::Skipped,
+    tables::{arrays, table::HeldTables},
 };
 
 /// Words after `#`: unit of frequency, kind of parameter, form of the pairs.
@@ -116,7 +120,7 @@ pub(crate) fn tables(bytes: &[u8]) -> Result<HeldTables, ReadProblem> {
         headers.extend(match options.form {
             Form::Magnitude => [format!("{name} magnitude"), format!("{name} phase (deg)")],
             Form::Decibel => [format!("{name} magnitude (dB)"), format!("{name} phase (deg)")],
-            Form::Real => [format!("{name} in-phase"), format!("{name} quadrature")],
+            Form::Real => arrays::parts(&name),
         });
     }
     let columns = (0..headers.len()).map(|c| rows.iter().map(|r| r[c]).collect()).collect();

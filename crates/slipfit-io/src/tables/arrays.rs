@@ -66,6 +66,11 @@ impl Array {
     }
 }
 
+/// Names of the two parts of a complex array, as those of a lock-in or of a scattering parameter are named.
+pub(crate) fn parts(name: &str) -> [String; 2] {
+    ["in-phase", "quadrature"].map(|part| format!("{name} {part}").trim().to_owned())
+}
+
 /// Values named in a struct, group or archive, by where they lie.
 pub(crate) type NamedValues = Vec<(String, String, String)>;
 

@@ -4,7 +4,10 @@
 use std::path::PathBuf;
 
 use slipfit::SignalKind::{self, Acceleration, Displacement, Envelope, LockIn};
-use slipfit_io::{ColumnTaken, Format, ReadError, ReadOptions, ReadProblem, Reading, read, read_tables};
+use slipfit::resonance::Response;
+use slipfit_io::{
+    ColumnTaken, Format, ReadError, ReadOptions, ReadProblem, Reading, read, read_sweep, read_tables,
+};
 
 fn fixture(name: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../validation/reference/formats").join(name)
@@ -189,7 +192,15 @@ fn every_fixture_is_among_the_expected() {
     ];
     let mut known: Vec<&str> = expected().iter().map(|e| e.file).collect();
     known.extend(elsewhere);
-    known.extend(["sweep.s1p", "sweep.s2p", "make.py", "PROVENANCE.md"]);
+    known.extend([
+        "complex.npz",
+        "complex.h5",
+        "complex.mat",
+        "sweep.s1p",
+        "sweep.s2p",
+        "make.py",
+        "PROVENANCE.md",
+    ]);
     for entry in std::fs::read_dir(fixture("")).unwrap() {
         let name = entry.unwrap().file_name().into_string().unwrap();
         assert!(known.contains(&name.as_str()), "{name}");
@@ -278,6 +289,24 @@ fn a_rate_named_by_a_variable_is_taken() {
         let reading = got(file, &ReadOptions::default());
         assert_eq!(reading.report.time, Some(slipfit_io::TimeSource::Rate(50.0)), "{file}");
         assert!(notes(file).contains("the rate that the file names, 50 Hz"), "{file}: {}", notes(file));
+    }
+}
+
+#[test]
+fn a_complex_array_is_a_response_of_two_parts() {
+    for file in ["complex.npz", "complex.h5", "complex.mat"] {
+        let reading = read_sweep(&[fixture(file)], &ReadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
+        let Response::Complex(phasors) = reading.curve.response() else { panic!("{file}: no phasors") };
+        assert_eq!(phasors.len(), 201, "{file}");
+        for (i, found) in phasors.iter().enumerate() {
+            let f = 99.0 + 0.01 * i as f64;
+            let (a, b) = (1.0 - (f / 100.0).powi(2), 0.002);
+            let wanted = [0.004 * a / (a * a + b * b), -0.004 * b / (a * a + b * b)];
+            // Single precision of the MATLAB file; rounding of 1 - (f/100)^2.
+            let tolerance = if file.ends_with("mat") { 1e-6 } else { 1e-12 };
+            assert!((found.re - wanted[0]).abs() < tolerance, "{file}, row {i}: {found:?}");
+            assert!((found.im - wanted[1]).abs() < tolerance, "{file}, row {i}: {found:?}");
+        }
     }
 }
 
