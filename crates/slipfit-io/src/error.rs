@@ -68,6 +68,14 @@ pub enum ReadProblem {
         /// What is wrong.
         reason: String,
     },
+    /// A file that keeps the rules of its format and holds nothing that can be read.
+    #[error("this is {} without a table that can be read: {reason}", .format.name())]
+    Without {
+        /// The format.
+        format: Format,
+        /// What it holds instead.
+        reason: String,
+    },
     /// Bytes no text has.
     #[error("this is not text: byte {byte:#04x} at position {position}")]
     Binary {

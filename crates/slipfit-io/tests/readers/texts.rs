@@ -651,6 +651,12 @@ fn json_of_any_arrangement_is_the_same_record() {
         (format!("{{\"t (s)\": {{{index_t}}}, \"x (mm)\": {{{index_x}}}}}"), "mm"),
         (format!("{{\"columns\": [\"t (s)\", \"x (mm)\"], \"index\": [0, 1], \"data\": [{rows}]}}"), "mm"),
         (format!("{{\"fs\": 50, \"x (mm)\": [{values}]}}"), "mm"),
+        (
+            format!(
+                "{{\"results\": [{{\"series\": [{{\"name\": \"swing\", \"columns\": [\"t (s)\", \"x (mm)\"], \"values\": [{rows}]}}]}}]}}"
+            ),
+            "mm",
+        ),
         (joined(&|k| format!("{{\"ms\": {}, \"acc\": {{\"x (mm)\": {:?}}}}}", 20 * k, x(k)), "\n"), "mm"),
         (
             joined(&|k| format!("{{\"at\": \"12:34:{:06.3}\", \"x (mm)\": \"{}\"}}", 5.0 + t(k), x(k)), "\n"),
@@ -661,6 +667,58 @@ fn json_of_any_arrangement_is_the_same_record() {
         assert_eq!(reading.record.unit(), unit, "{text:.80}");
         assert_eq!(reading.report.format, Format::Json, "{text:.80}");
     }
+}
+
+#[test]
+fn channels_of_json_have_a_name_a_unit_and_a_rate_each() {
+    let channel = |name: &str, rate: u32| {
+        let values: Vec<String> = (0..ROWS).map(|k| format!("{:?}", x(k))).collect();
+        let values = values.join(", ");
+        format!(
+            "{{\"name\": \"{name}\", \"unit\": \"rad\", \"sampleRate\": {rate}, \"samples\": [{values}]}}"
+        )
+    };
+    let alone = swing(format!("{{\"channels\": [{}]}}", channel("Angle", 50)).as_bytes());
+    assert_eq!((alone.record.unit(), &*alone.report.columns[0].header), ("rad", "Angle (rad)"));
+    let text = format!("{{\"channels\": [{}, {}]}}", channel("Base", 10), channel("Angle", 50));
+    for (sheet, rate_hz) in [("channels.1", 10.0), ("channels.2", 50.0)] {
+        let options = ReadOptions { sheet: Some(sheet.to_owned()), ..Default::default() };
+        let reading = read_from(text.as_bytes(), "swing.json", &options).unwrap();
+        assert_eq!(reading.report.time, Some(TimeSource::Rate(rate_hz)), "{sheet}");
+    }
+}
+
+#[test]
+fn rows_of_several_sensors_are_tables_named_after_them() {
+    let row = |sensor: &str, k: usize, gain: f64| {
+        let t = k as f64 * STEP_S;
+        format!("{{\"sensor\": \"{sensor}\", \"seconds_elapsed\": \"{t:?}\", \"z\": \"{:?}\"}}", gain * x(k))
+    };
+    let read = |text: &str, sheet: Option<&str>| {
+        let options = ReadOptions { sheet: sheet.map(str::to_owned), ..Default::default() };
+        read_from(text.as_bytes(), "swing.json", &options)
+    };
+    for (sensor, kind) in [
+        ("Accelerometer", SignalKind::Acceleration),
+        ("Gyroscope", SignalKind::Velocity),
+        ("Pendulum", SignalKind::Displacement),
+    ] {
+        let rows: Vec<String> = (0..ROWS).map(|k| row(sensor, k, 1.0)).collect();
+        let reading = swing(format!("[{}]", rows.join(", ")).as_bytes());
+        assert_eq!((reading.record.kind(), &*reading.report.sheet), (kind, sensor));
+    }
+    let both = |k| [row("Accelerometer", k, 1.0), row("Gravity", k, 2.0)].join(", ");
+    let rows: Vec<String> = (0..ROWS).map(both).collect();
+    let text = format!("[{{\"version\": 3, \"sensor\": \"Metadata\"}}, {}]", rows.join(", "));
+    let reading = read(&text, Some("accelerometer")).unwrap();
+    assert_eq!(reading.record.kind(), SignalKind::Acceleration);
+    assert_eq!(reading.record.signal(), (0..ROWS).map(x).collect::<Vec<_>>());
+    assert!(reading.report.named_values.contains(&("version".to_owned(), "3".to_owned())));
+    let reading = read(&text, Some("gravity")).unwrap();
+    assert_eq!(reading.record.signal(), (0..ROWS).map(|k| 2.0 * x(k)).collect::<Vec<_>>());
+    let refused = read(&text, None).unwrap_err();
+    assert!(refused.to_string().contains("`Accelerometer` (seconds_elapsed, z); `Gravity`"), "{refused}");
+    assert!(refused.hints().iter().any(|hint| hint.option == Some("sheet")), "{refused}");
 }
 
 #[test]
@@ -682,7 +740,8 @@ fn what_json_lacks_is_counted_and_what_is_broken_is_told() {
     };
     for (text, problem) in [
         (&text[..text.len() - 5], "line 300"),
-        ("{\"name\": \"pendulum\"}", "no list of numbers"),
+        (&text[..text.len() - 5], "breaks its rules"),
+        ("{\"name\": \"pendulum\"}", "without a table that can be read: it holds no list of numbers"),
         ("[[[[1, 2], [\"a\"]]]]", "no table of numbers"),
     ] {
         assert!(said(text).contains(problem), "{}", said(text));

@@ -10,19 +10,23 @@ use self::parse::{Node, parse};
 use crate::{
     error::ReadProblem,
     format::Format,
-    tables::{table::HeldTables, text},
+    tables::{arrays::NamedValues, table::HeldTables, text},
 };
 
 /// Elements of a list that are columns of one row, at most.
 const WIDEST: usize = 64;
 /// Lists of values in the elements of a list are tables of their own up to so many elements.
 const MOST_PLACES: usize = 64;
+/// The field that names the sensor of a row, as Sensor Logger writes it.
+const SENSOR: &str = "sensor";
 /// Columns of a table, at most.
 const MOST_COLUMNS: usize = 4096;
 
 /// Cells of a table: a header if there is one, and its rows.
 struct Grid<'a> {
     name: String,
+    /// Where it lies.
+    place: String,
     header: Option<Vec<String>>,
     rows: Vec<Vec<Option<&'a Node>>>,
 }
@@ -31,7 +35,7 @@ struct Grid<'a> {
 #[derive(Default)]
 struct Found<'a> {
     grids: Vec<Grid<'a>>,
-    named_values: Vec<(String, String)>,
+    named: NamedValues,
     /// Values that belong to no table, and the place of the first.
     left_out: usize,
     first_left_out: Option<String>,
@@ -50,6 +54,7 @@ pub(crate) fn tables(bytes: &[u8]) -> Result<HeldTables, ReadProblem> {
         let held = grid.text().and_then(|text| text::hold(text.as_bytes()).map_err(|e| e.to_string()));
         match held {
             Ok((mut held, _)) => {
+                held.head.named_values.extend(found.named_from(&grid.place));
                 held.head.has_variables = matches!(root, Node::Object(_));
                 if grid.header().is_some() {
                     held.skipped.iter_mut().for_each(|skipped| skipped.first_row -= 1);
@@ -63,11 +68,10 @@ pub(crate) fn tables(bytes: &[u8]) -> Result<HeldTables, ReadProblem> {
         }
     }
     if tables.is_empty() {
-        let why =
+        let reason =
             if problems.is_empty() { "it holds no list of numbers".to_owned() } else { problems.join("; ") };
-        return Err(Format::Json.broken(why));
+        return Err(ReadProblem::Without { format: Format::Json, reason });
     }
-    tables.name_all(&found.named_values);
     if let Some(first) = found.first_left_out {
         problems.push(format!(
             "{} values that make no table were left out, the first at `{first}`",
@@ -102,6 +106,54 @@ fn join(path: &str, name: &str) -> String {
     if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") }
 }
 
+/// Names of columns and rows: `columns` and `data` of pandas, `columns` and `values` of InfluxDB.
+fn frame(entries: &[(String, Node)]) -> Option<(Vec<String>, &[Node])> {
+    let of = |wanted: &str| entries.iter().find(|(key, _)| key == wanted).map(|(_, value)| value);
+    let (Node::List(names), Node::List(rows)) = (of("columns")?, of("data").or_else(|| of("values"))?) else {
+        return None;
+    };
+    let names = names
+        .iter()
+        .map(|n| if let Node::Text(n) = n { Some(n.clone()) } else { None })
+        .collect::<Option<_>>()?;
+    let is_row = |row: &Node| matches!(row, Node::List(cells) if cells.iter().all(is_scalar));
+    rows.iter().all(is_row).then_some((names, rows))
+}
+
+/// Whether an object is more than a row: lists in it, or in objects in it, that are long, or a table with names.
+fn holds_table(node: &Node) -> bool {
+    match node {
+        Node::Object(entries) => {
+            frame(entries).is_some()
+                || entries
+                    .iter()
+                    .any(|(_, value)| holds_table(value) || column(value).is_some_and(|c| c.len() > WIDEST))
+        }
+        Node::List(values) => values.len() > WIDEST || values.iter().any(holds_table),
+        _ => false,
+    }
+}
+
+/// The header of a column: of a channel's samples the name and the unit that stand beside them.
+fn header(key: &str, entries: &[(String, Node)]) -> String {
+    const SAMPLES: [&str; 6] = ["samples", "sample", "values", "value", "data", "signal"];
+    let of = |wanted: [&str; 3]| {
+        entries.iter().find_map(|(key, value)| match value {
+            Node::Text(text) if wanted.contains(&key.to_lowercase().as_str()) && !text.is_empty() => {
+                Some(text.as_str())
+            }
+            _ => None,
+        })
+    };
+    let is_samples = |key: &str| SAMPLES.contains(&key.to_lowercase().as_str());
+    let alone = entries.iter().filter(|(key, value)| is_samples(key) && column(value).is_some()).count() == 1;
+    if !is_samples(key) || !alone {
+        return key.to_owned();
+    }
+    let name = of(["name", "label", "channel"]).unwrap_or(key);
+    of(["unit", "units", "uom"]).map_or_else(|| name.to_owned(), |unit| format!("{name} ({unit})"))
+}
+
 impl<'a> Found<'a> {
     fn look(&mut self, node: &'a Node, path: &str) {
         match node {
@@ -109,6 +161,26 @@ impl<'a> Found<'a> {
             Node::List(elements) => self.list(elements, path),
             _ => self.leave_out(path),
         }
+    }
+
+    fn name(&mut self, path: &str, key: &str, value: String) {
+        self.named.push((path.to_owned(), key.to_owned(), value));
+    }
+
+    /// All values, those that stand nearest around a place first: each channel may name a rate of its own.
+    fn named_from(&self, place: &str) -> impl Iterator<Item = (String, String)> {
+        let holds = |around: &str| {
+            let rest = place.strip_prefix(around);
+            around.is_empty() || rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+        };
+        let mut named: Vec<(usize, &str, &str)> = Vec::new();
+        for (around, name, value) in &self.named {
+            named.push((if holds(around) { usize::MAX - around.len() } else { usize::MAX }, name, value));
+        }
+        named.sort_by_key(|(far, ..)| *far);
+        let named: Vec<_> =
+            named.iter().map(|(_, name, value)| ((*name).to_owned(), (*value).to_owned())).collect();
+        named.into_iter()
     }
 
     fn leave_out(&mut self, path: &str) {
@@ -119,20 +191,15 @@ impl<'a> Found<'a> {
 
     /// Lists of one length in an object are columns of one table; numbers and words are named values.
     fn object(&mut self, entries: &'a [(String, Node)], path: &str) {
-        let of = |wanted: &str| entries.iter().find(|(key, _)| key == wanted).map(|(_, value)| value);
-        if let (Some(Node::List(names)), Some(Node::List(rows))) = (of("columns"), of("data"))
-            && let Some(names) =
-                names.iter().map(|n| if let Node::Text(n) = n { Some(n.clone()) } else { None }).collect()
-            && rows.iter().all(|row| matches!(row, Node::List(cells) if cells.iter().all(is_scalar)))
-        {
+        if let Some((names, rows)) = frame(entries) {
             return self.matrix(rows, path, Some(names));
         }
         let mut columns: Vec<(&str, Vec<&'a Node>)> = Vec::new();
         for (key, value) in entries {
             match (value, column(value)) {
                 (_, Some(values)) => columns.push((key, values)),
-                (Node::Number(number), _) => self.named_values.push((key.clone(), number.to_string())),
-                (Node::Text(words), _) => self.named_values.push((key.clone(), words.clone())),
+                (Node::Number(number), _) => self.name(path, key, number.to_string()),
+                (Node::Text(words), _) => self.name(path, key, words.clone()),
                 (Node::Missing, _) => {}
                 _ => self.look(value, &join(path, key)),
             }
@@ -143,13 +210,13 @@ impl<'a> Found<'a> {
                 columns.into_iter().partition(|(_, values)| values.len() == length);
             columns = others;
             for together in together.chunks(MOST_COLUMNS) {
-                let header: Vec<String> = together.iter().map(|(key, _)| (*key).to_owned()).collect();
+                let header: Vec<String> = together.iter().map(|(key, _)| header(key, entries)).collect();
                 let rows = (0..length)
                     .map(|row| together.iter().map(|(_, values)| Some(values[row])).collect())
                     .collect();
                 let name =
                     if path.is_empty() { header[..header.len().min(3)].join(", ") } else { path.to_owned() };
-                self.grids.push(Grid { name, header: Some(header), rows });
+                self.grids.push(Grid { name, place: path.to_owned(), header: Some(header), rows });
             }
         }
     }
@@ -158,18 +225,14 @@ impl<'a> Found<'a> {
         let lists =
             || elements.iter().filter_map(|e| if let Node::List(cells) = e { Some(cells) } else { None });
         let objects = elements.iter().filter(|e| matches!(e, Node::Object(_))).count();
-        let long = |node: &Node| match node {
-            Node::Object(entries) => {
-                entries.iter().any(|(_, value)| column(value).is_some_and(|c| c.len() > WIDEST))
-            }
-            _ => false,
-        };
         if elements.is_empty() {
         } else if elements.iter().all(is_scalar) {
             let rows = elements.iter().map(|value| vec![Some(value)]).collect();
-            self.grids.push(Grid { name: path.to_owned(), header: None, rows });
-        } else if objects == elements.len() && !elements.iter().any(long) {
-            self.records(elements, path);
+            self.grids.push(Grid { name: path.to_owned(), place: path.to_owned(), header: None, rows });
+        } else if objects == elements.len() && !elements.iter().any(holds_table) {
+            if !self.sensors(elements, path) {
+                self.records(&elements.iter().collect::<Vec<_>>(), path, None);
+            }
         } else if lists().count() == elements.len() && lists().flatten().all(is_scalar) {
             self.matrix(elements, path, None);
         } else if elements.len() <= MOST_PLACES {
@@ -194,11 +257,43 @@ impl<'a> Found<'a> {
         } else {
             cells.iter().map(|row| row.iter().map(Some).collect()).collect()
         };
-        self.grids.push(Grid { name: path.to_owned(), header, rows });
+        self.grids.push(Grid { name: path.to_owned(), place: path.to_owned(), header, rows });
     }
 
-    /// Objects in a list: rows whose cells have names.
-    fn records(&mut self, elements: &'a [Node], path: &str) {
+    /// Rows of several sensors one after the other, told apart by a field, are a table each.
+    fn sensors(&mut self, elements: &'a [Node], path: &str) -> bool {
+        let sensor = |element: &'a Node| match element {
+            Node::Object(entries) => entries.iter().find_map(|(key, value)| match value {
+                Node::Text(name) if key.eq_ignore_ascii_case(SENSOR) => Some(name.as_str()),
+                _ => None,
+            }),
+            _ => None,
+        };
+        let Some(names) = elements.iter().map(sensor).collect::<Option<Vec<&str>>>() else { return false };
+        let mut places: HashMap<&str, usize> = HashMap::new();
+        let mut groups: Vec<Vec<&'a Node>> = Vec::new();
+        for (name, element) in names.iter().zip(elements) {
+            let place = *places.entry(*name).or_insert(groups.len());
+            if place == groups.len() {
+                groups.push(Vec::new());
+            }
+            groups[place].push(element);
+        }
+        if groups.len() > MOST_PLACES {
+            return false;
+        }
+        for group in groups {
+            match group[..] {
+                // What is told once, such as the version of a program.
+                [one] => self.look(one, path),
+                _ => self.records(&group, &join(path, sensor(group[0]).unwrap_or_default()), Some(SENSOR)),
+            }
+        }
+        true
+    }
+
+    /// Objects in a list: rows whose cells have names, but for the one `without`.
+    fn records(&mut self, elements: &[&'a Node], path: &str, without: Option<&str>) {
         let mut header: Vec<String> = Vec::new();
         let mut places: HashMap<String, usize> = HashMap::new();
         let mut rows = Vec::with_capacity(elements.len());
@@ -206,6 +301,7 @@ impl<'a> Found<'a> {
             let mut cells = Vec::new();
             self.cells(element, "", &mut cells);
             let mut row = Vec::with_capacity(header.len());
+            cells.retain(|(name, _)| without.is_none_or(|without| !name.eq_ignore_ascii_case(without)));
             for (name, value) in cells {
                 let place = match places.get(&name) {
                     Some(place) => *place,
@@ -226,7 +322,7 @@ impl<'a> Found<'a> {
             }
             rows.push(row);
         }
-        self.grids.push(Grid { name: path.to_owned(), header: Some(header), rows });
+        self.grids.push(Grid { name: path.to_owned(), place: path.to_owned(), header: Some(header), rows });
     }
 
     /// The scalars of a row with their names: `acc.x`, `v 1`.
