@@ -13,7 +13,7 @@ const STEPS: &str = "sampleinterval samplinginterval sampleperiod samplingperiod
                      hresolution";
 /// Names of samples per second.
 const RATES: &str = "samplerate samplingrate samplefrequency samplingfrequency samplefreq samplingfreq samplespersecond \
-                     abtastrate abtastfrequenz scanrate srate";
+                     abtastrate abtastfrequenz scanrate srate updaterate fps framerate framespersecond";
 /// Statements agree within this, as a rate written to four digits does with a step.
 const AGREE_WITHIN: f64 = 1e-3;
 
@@ -33,7 +33,7 @@ fn statements(line: &str, separators: &[char], decimal: Decimal) -> Vec<f64> {
     let cells: Vec<&str> = line.split(separators).map(|c| c.trim().trim_matches('"').trim()).collect();
     let value = |i: usize| cells.get(i).copied().unwrap_or_default();
     let of_cell = |i: usize| {
-        let cell = value(i).trim_start_matches(['#', '%', '!', '*', ' ']);
+        let cell = value(i).trim_start_matches(['#', '%', '!', '*', '/', ' ']);
         match cell.split_once(['=', ':']) {
             Some((name, stated)) if !stated.trim().is_empty() => rate(name, stated, value(i + 1), decimal),
             Some((name, _)) => rate(name, value(i + 1), value(i + 2), decimal),
@@ -119,6 +119,8 @@ mod tests {
             ("Delta_X\t0.001\t0.001", 1e3),
             ("HResolution,2.0E-04", 5e3),
             ("# Sample rate: 10 kHz", 1e4),
+            ("// Update Rate: 100.0Hz", 100.0),
+            ("# fps: 240", 240.0),
             ("Sampling Rate;50 kS/s", 50e3),
             ("Sample Rate,1.25MSa/s", 1.25e6),
             ("Sampling frequency (Hz),100", 100.0),

@@ -390,6 +390,20 @@ fn steps_that_instruments_state_stand_for_times() {
         ("Hioki", values("\"Sampling interval\",\"20ms\"\n\"CH1\"\n\"V\"", value)),
         ("Yokogawa", values("\"TraceName\",\"CH1\"\n\"HResolution\",\"2.0E-02\"\n\"HUnit\",\"s\"", value)),
         ("Siglent", values("Sample Interval,Analog:2.0e-02\nVertical Units,CH1:V\nCH1 (Volt)", value)),
+        ("Hantek", values("#CHANNEL:CH1\n#CLOCK=20.0ms\n#SIZE=300\n#UNITS:mV\n", value)),
+        ("a camera", values("# fps: 50\nFrame,X,Y", |k| format!("{k},{:.1},{}", x(k), 300 + k % 3))),
+        (
+            "Qualisys",
+            values(
+                "NO_OF_FRAMES\t300\nFREQUENCY\t50\nTIME_STAMP\t2024-03-12, 10:22:33\nMARKER_NAMES\tm1",
+                |k| format!("{:.1}\t{}.0\t120.{}", x(k), 800 + k % 2, k % 3),
+            ),
+        ),
+        (
+            "Igor",
+            values("IGOR\nWAVES/D/N=(300)\tdeflection\nBEGIN", |k| format!("\t{:.1}", x(k)))
+                + "END\nX SetScale/P x -0.1,20,\"ms\", deflection; SetScale y 0,0,\"V\", deflection\n",
+        ),
         ("Infiniium", values("Points:,300\nXInc:,0.02\nXOrg:,-0.1\nYUnits:,Volt\nData", value)),
     ] {
         let reading = swing(text.as_bytes());

@@ -3,6 +3,7 @@
 mod annotated;
 mod beside;
 mod dialect;
+mod igor;
 mod labelled;
 mod layout;
 mod number;
@@ -83,6 +84,10 @@ impl<R: Read> Text<R> {
             None => (plain.ok_or_else(|| no_table(&head_lines))?, None),
         };
         layout.convention = vendors::apply(&head_lines, &mut layout);
+        if layout.convention == Some(igor::WRITER) {
+            source.fill(PREVIEW).map_err(ReadProblem::Io)?;
+            igor::add_scale(source.window(), &mut layout);
+        }
         Ok(Self { source, size, encoding, newline, layout, rewrite, previewed: None })
     }
 

@@ -4,10 +4,13 @@
 //! recognised by its first lines, what its documentation says is added. One line a vendor.
 
 use super::{
-    dialect,
+    dialect, igor,
     layout::{self, Layout},
 };
-use crate::{columns::name::Name, report::Note};
+use crate::{
+    columns::{name::Name, stated},
+    report::Note,
+};
 
 /// The lines above the numbers.
 struct Preamble {
@@ -42,6 +45,9 @@ const VENDORS: &[Vendor] = &[
     ("Nanonis", |p| p.lines.iter().any(|l| l == "[DATA]"), add_nanonis_values),
     ("LabVIEW", |p| p.headers.first().is_some_and(|h| h == "X_Value"), add_labview_units),
     ("a Rigol oscilloscope", |p| rigol_columns(p).is_some(), add_rigol_columns),
+    ("a Hantek oscilloscope", |p| p.says("#channel:") && p.value("clock").is_some(), add_hantek_step),
+    ("Qualisys", |p| p.value("no_of_frames").is_some(), add_qualisys_markers),
+    (igor::WRITER, |p| p.lines.first().is_some_and(|line| line == "IGOR"), |_, _| {}),
     ("Klipper", is_klipper, add_klipper_units),
     ("Moku", |p| p.lines.iter().any(|l| l.starts_with('%') && l.contains("Moku")), |_, _| {}),
     ("a spectrum analyser", is_analyser, add_analyser_axes),
@@ -161,6 +167,31 @@ fn add_rigol_columns(preamble: &Preamble, layout: &mut Layout) {
     let channels = columns.iter().take_while(|(name, _)| *name != "Start");
     for (name, (header, unit)) in head.names.iter_mut().zip(channels) {
         *name = if *header == "X" { Name::parse(unit) } else { with_unit(header, unit) };
+    }
+}
+
+/// The step is called a clock: `#CLOCK=200.0us`.
+fn add_hantek_step(preamble: &Preamble, layout: &mut Layout) {
+    let step = preamble.value("clock").map(|step| format!("Sample interval={step}"));
+    let stated = stated::rate_hz(step.as_deref().into_iter(), &[','], layout.shape.decimal);
+    layout.head.stated_rate_hz = layout.head.stated_rate_hz.or(stated);
+    if let [name] = &mut layout.head.names[..] {
+        let [channel, unit] = ["channel", "units"].map(|key| preamble.value(key).unwrap_or_default());
+        *name = with_unit(channel, unit);
+    }
+}
+
+/// Motion capture: the rate is called a frequency, the rows are the places of the markers in mm.
+fn add_qualisys_markers(preamble: &Preamble, layout: &mut Layout) {
+    let rate = preamble.value("frequency").map(|rate| format!("Sample rate={rate}"));
+    let stated = stated::rate_hz(rate.as_deref().into_iter(), &[','], layout.shape.decimal);
+    layout.head.stated_rate_hz = layout.head.stated_rate_hz.or(stated);
+    let markers: Vec<&str> = preamble.value("marker_names").unwrap_or_default().split('\t').collect();
+    let head = &mut layout.head;
+    if head.names.len() == 3 * markers.len() {
+        let axes =
+            markers.iter().flat_map(|marker| ["X", "Y", "Z"].map(|axis| format!("{marker} {axis} (mm)")));
+        head.names = axes.map(|header| Name::parse(&header)).collect();
     }
 }
 
