@@ -17,13 +17,15 @@ use crate::{
 /// The last row and column Excel has.
 const MOST_ROWS: u32 = 1 << 20;
 const MOST_COLUMNS: u32 = 1 << 14;
-/// A day, in which Excel counts times.
-const DAY_S: f64 = 86400.0;
+/// The days from the one that Excel counts from to 1970, and those from 1904 on, of its first version for Macintosh.
+const BEFORE_1970: f64 = 25_569.0;
+const FROM_1904: f64 = 24_107.0;
 
 /// Reads every sheet, cell by cell, of each its first `most_cells`.
 pub(crate) fn tables(archive: &mut Archive, most_cells: usize) -> Result<HeldTables, ReadProblem> {
     let strings = strings(archive)?;
     let dates = date_styles(archive)?;
+    let before_1970 = before_1970(archive)?;
     let mut sheets = Vec::new();
     for (name, part) in parts(archive)? {
         let mut sheet = Sheet::new(&name);
@@ -32,7 +34,7 @@ pub(crate) fn tables(archive: &mut Archive, most_cells: usize) -> Result<HeldTab
             cells(
                 archive,
                 &part,
-                &SheetContext { strings: &strings, dates: &dates, most_cells },
+                &SheetContext { strings: &strings, dates: &dates, before_1970, most_cells },
                 &mut sheet,
             )?;
         }
@@ -73,6 +75,21 @@ fn parts(archive: &mut Archive) -> Result<Vec<(String, String)>, ReadProblem> {
         Ok(())
     })?;
     Ok(sheets)
+}
+
+/// The days from the one that dates are counted from to 1970.
+fn before_1970(archive: &mut Archive) -> Result<f64, ReadProblem> {
+    let mut before = BEFORE_1970;
+    events(archive, "xl/workbook.xml", |event| {
+        if let Event::Start(tag) | Event::Empty(tag) = &event
+            && tag.local_name().as_ref() == "workbookPr"
+            && attribute(tag, "date1904").is_some_and(|is| matches!(is.as_str(), "1" | "true"))
+        {
+            before = FROM_1904;
+        }
+        Ok(())
+    })?;
+    Ok(before)
 }
 
 /// Texts that cells name by number.
@@ -188,6 +205,7 @@ struct Open {
 struct SheetContext<'a> {
     strings: &'a [String],
     dates: &'a [bool],
+    before_1970: f64,
     most_cells: usize,
 }
 
@@ -237,8 +255,7 @@ fn cells(
             Event::End(tag) => match tag.local_name().as_ref() {
                 "v" | "t" => open.within = false,
                 "c" => {
-                    let date = context.dates.get(open.style).copied().unwrap_or(false);
-                    if let Some(cell) = finished(&open, context.strings, date)
+                    if let Some(cell) = finished(&open, context)
                         && row < MOST_ROWS
                         && column < MOST_COLUMNS
                     {
@@ -256,15 +273,16 @@ fn cells(
     })
 }
 
-fn finished(open: &Open, strings: &[String], date: bool) -> Option<Cell> {
+fn finished(open: &Open, context: &SheetContext<'_>) -> Option<Cell> {
     let value = open.value.as_str();
     match open.kind.as_str() {
-        "s" => strings.get(value.trim().parse::<usize>().ok()?).map(|t| Cell::Text(t.clone())),
+        "s" => context.strings.get(value.trim().parse::<usize>().ok()?).map(|t| Cell::Text(t.clone())),
         "str" | "inlineStr" | "d" => (!value.is_empty()).then(|| Cell::Text(value.to_owned())),
         "e" => None,
         _ => {
             let number = value.trim().parse::<f64>().ok().filter(|v| v.is_finite())?;
-            Some(Cell::Number(if date { number * DAY_S } else { number }))
+            let shows_time = context.dates.get(open.style).copied().unwrap_or(false);
+            Some(if shows_time { Cell::time(number, context.before_1970) } else { Cell::Number(number) })
         }
     }
 }

@@ -152,3 +152,25 @@ fn a_rate_beside_samples_without_times_is_taken() {
         assert_eq!(reading.report.time, Some(TimeSource::Rate(50.0)), "{what}: {notes}");
     }
 }
+
+#[test]
+fn dates_of_excel_are_dates() {
+    // 2024-03-12 10:22:33, counted in days from the last of 1899.
+    let mut rows = cells(["Timestamp", "Angle (rad)"], 0.02 / 86400.0, [0, 0], &[]);
+    for row in &mut rows[1..] {
+        row[0] = row[0].map(|days: Cell| days.map(|days| 45_363.432_326_388_89 + days));
+    }
+    let reading = read_from(&xlsx(&rows, 1)[..], "dates", &ReadOptions::default()).unwrap();
+    let notes: String = reading.report.notes.iter().map(|note| note.text.as_str()).collect();
+    assert!(notes.contains("column 1 holds date and time, such as `2024-03-12 10:22:33.000"), "{notes}");
+    assert!(!notes.contains("1970"), "{notes}");
+    let times = reading.record.times_s(0..400);
+    for (k, time) in times.iter().enumerate() {
+        // Days are resolved to 0.6 microseconds.
+        assert!((time - 37_353.0 - 0.02 * k as f64).abs() < 1e-6, "row {k}: {time}");
+    }
+    // Times of day stay seconds.
+    rows[1..].iter_mut().for_each(|row| row[0] = row[0].map(|days: Cell| days.map(|days| days - 45_363.0)));
+    let reading = read_from(&xlsx(&rows, 1)[..], "times", &ReadOptions::default()).unwrap();
+    assert!((reading.record.time_s(0) - 37_353.0).abs() < 1e-6, "{}", reading.record.time_s(0));
+}

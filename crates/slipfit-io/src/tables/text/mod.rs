@@ -16,6 +16,8 @@ mod vendors;
 use std::{io::Read, sync::Arc};
 
 pub(crate) use self::layout::text as decoded;
+#[cfg(feature = "excel")]
+pub(crate) use self::stamp::written as stamp;
 use self::{
     layout::Layout,
     rewrite::Rewrite,

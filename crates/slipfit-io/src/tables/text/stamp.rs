@@ -54,6 +54,31 @@ pub(super) fn read(text: &str) -> Option<Stamp> {
     time_of_day(text).map(|seconds| Stamp { day: None, seconds, timed: true })
 }
 
+/// The stamp of so many days since 1970 to a microsecond, about what a double of them resolves, as `read` takes it; of a
+/// midnight the date alone.
+#[cfg(any(feature = "excel", test))]
+pub(crate) fn written(days: f64) -> Option<String> {
+    const TICKS_A_SECOND: i64 = 1_000_000;
+    const TICKS_A_DAY: i64 = 86_400 * TICKS_A_SECOND;
+    if !days.is_finite() {
+        return None;
+    }
+    let ticks = ((days - days.floor()) * TICKS_A_DAY as f64).round() as i64;
+    let (day, ticks) = ((days.floor() as i64).checked_add(ticks / TICKS_A_DAY)?, ticks % TICKS_A_DAY);
+    // Years of 400 from March 0000 on, as in `date`.
+    let since = day.checked_add(719_468).filter(|since| (0..=1_000_000).contains(since))?;
+    let (era, of_era) = (since / 146_097, since % 146_097);
+    let year = (of_era - of_era / 1460 + of_era / 36_524 - of_era / 146_096) / 365;
+    let of_year = of_era - (365 * year + year / 4 - year / 100);
+    let month = (5 * of_year + 2) / 153;
+    let day_of_month = of_year - (153 * month + 2) / 5 + 1;
+    let (month, next) = if month < 10 { (month + 3, 0) } else { (month - 9, 1) };
+    let date = format!("{:04}-{month:02}-{day_of_month:02}", 400 * era + year + next);
+    let (seconds, rest) = (ticks / TICKS_A_SECOND, ticks % TICKS_A_SECOND);
+    let (h, m, s) = (seconds / 3600, seconds / 60 % 60, seconds % 60);
+    Some(if ticks == 0 { date } else { format!("{date} {h:02}:{m:02}:{s:02}.{rest:06}") })
+}
+
 /// `11/03/2023` of `11/03/23`.
 fn of_this_century(text: &str) -> Option<String> {
     let (before, year) = text.split_at_checked(text.len().checked_sub(2)?)?;
@@ -212,6 +237,22 @@ mod tests {
             let stamp = read(text).unwrap_or_else(|| panic!("{text}"));
             assert!(stamp.day.is_none(), "{text}: {stamp:?}");
             assert!((stamp.since(7) - seconds).abs() < 1e-9, "{text}: {stamp:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_written_is_read_as_the_same_instant() {
+        assert_eq!(written(19_794.432_326_388_89).as_deref(), Some("2024-03-12 10:22:33.000000"));
+        assert_eq!(written(11_016.0).as_deref(), Some("2000-02-29"));
+        // A part of a tick before midnight.
+        assert_eq!(written(11_016.999_999_999_999_9).as_deref(), Some("2000-03-01"));
+        for day in (-25_000..83_000).step_by(97) {
+            let days = day as f64 + 0.625;
+            let stamp = written(days).and_then(|text| read(&text)).map(|stamp| (stamp.day, stamp.seconds));
+            assert_eq!(stamp, Some((Some(day), 54_000.0)));
+        }
+        for days in [f64::NAN, f64::INFINITY, -1e9, 1e9, 1e300] {
+            assert_eq!(written(days), None);
         }
     }
 
