@@ -6,6 +6,7 @@ use super::{
     content::Content,
     head::Head,
     role::{self, Role},
+    split::Fraction,
 };
 use crate::{
     error::{OptionProblem, ReadProblem},
@@ -44,8 +45,8 @@ pub(crate) struct Chooser<'a> {
     pub(super) contents: Vec<Content>,
     /// Whether the numbers decided, so that more of them could decide better.
     pub(super) by_content: bool,
-    /// The nanoseconds above the whole seconds of the column of times.
-    pub(super) nanoseconds: Option<usize>,
+    /// The parts of a second beside the whole ones of the column of times.
+    pub(super) fraction: Option<Fraction>,
 }
 
 impl<'a> Chooser<'a> {
@@ -78,7 +79,7 @@ impl<'a> Chooser<'a> {
             notes,
             contents: Vec::new(),
             by_content: false,
-            nanoseconds: None,
+            fraction: None,
         }
     }
 

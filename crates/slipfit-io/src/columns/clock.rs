@@ -137,45 +137,6 @@ impl Chooser<'_> {
         self.head.stated_rate_hz.filter(|_| !self.near.iter().any(of_curve))
     }
 
-    /// Columns of whole seconds and of the nanoseconds above them, as ROS writes a time: `stamp.secs`, `stamp.nsecs`.
-    fn split_clock(&self) -> Option<(usize, usize)> {
-        if self.options.time_unit.is_some() {
-            return None;
-        }
-        let name = |c: usize| name::words(&self.head.names[c].header);
-        let pair = |c: usize| {
-            let words = name(c);
-            let (last, before) = words.split_last().filter(|(last, _)| units::listed("sec secs", last))?;
-            let content = self.contents[c];
-            if !(content.whole && content.rising == 1.0 && content.filled > 0.0) {
-                return None;
-            }
-            let fraction = [format!("n{last}"), format!("nano{last}")];
-            self.near.iter().copied().find(|&other| {
-                let (content, words) = (self.contents[other], name(other));
-                let is_fraction =
-                    content.whole && content.least >= 0.0 && (1e3..1e9).contains(&content.greatest);
-                let [of_second @ .., last] = &words[..] else { return false };
-                is_fraction && of_second == before && fraction.contains(last)
-            })
-        };
-        self.near.iter().find_map(|&c| Some((c, pair(c)?)))
-    }
-
-    /// The sum of whole seconds and nanoseconds.
-    fn clock_of_two(&mut self, whole: usize, fraction: usize) -> Time {
-        self.roles[whole] = Role::Time;
-        self.roles[fraction] = Role::Never;
-        let (seconds, nanoseconds) = (self.label(whole), self.label(fraction));
-        let text = format!("the times are the sum of {seconds} in s and {nanoseconds} in ns");
-        self.notes.push(Note::new(text).hint("time", "names another column"));
-        self.nanoseconds = Some(fraction);
-        Time::Column(
-            Picked { unit: "s".to_owned(), ..self.picked(whole, "whole seconds beside nanoseconds") },
-            Seconds::Same,
-        )
-    }
-
     /// Whether a column holds the times between rows.
     fn is_interval(&self, index: usize) -> bool {
         let content = self.contents[index];

@@ -20,6 +20,7 @@ pub(crate) mod rows;
 pub(crate) mod scale;
 pub(crate) mod sentinel;
 mod signal;
+mod split;
 pub(crate) mod stated;
 pub(crate) mod units;
 mod unnamed;

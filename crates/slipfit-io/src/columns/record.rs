@@ -8,6 +8,7 @@ use super::{
     groups::{self, Group},
     head::Head,
     role::Role,
+    split::Fraction,
 };
 use crate::{
     error::{Needed, OptionProblem, ReadProblem},
@@ -21,8 +22,8 @@ pub(crate) struct Choice {
     pub(crate) time: Time,
     pub(crate) signal: Picked,
     pub(crate) quadrature: Option<Picked>,
-    /// The column of nanoseconds to be added to times in whole seconds.
-    pub(crate) nanoseconds: Option<usize>,
+    /// Parts of a second to be added to times in whole seconds.
+    pub(crate) fraction: Option<Fraction>,
     /// Whether signal and quadrature are in decibels to be made linear.
     pub(crate) levels: [bool; 2],
     pub(crate) kind: SignalKind,
@@ -124,7 +125,7 @@ impl Chooser<'_> {
             signal: signal_taken,
             levels: [level, quadrature.as_ref().is_some_and(|q| q.1)],
             quadrature: quadrature.map(|q| q.0),
-            nanoseconds: self.nanoseconds,
+            fraction: self.fraction,
             kind,
             turning_gravity,
             parts,

@@ -39,8 +39,9 @@ impl Chooser<'_> {
     /// The only column beside the times, where it is named like what stands beside a motion but measures something that
     /// follows it: a force, a pressure, the voltage of a `Sample`.
     pub(super) fn only_other(&mut self, time: Option<usize>) -> Option<usize> {
-        let filled =
-            |c: &usize| Some(*c) != time && Some(*c) != self.nanoseconds && self.contents[*c].filled > 0.0;
+        let filled = |c: &usize| {
+            Some(*c) != time && Some(*c) != self.fraction.map(|f| f.index) && self.contents[*c].filled > 0.0
+        };
         let others: Vec<usize> = self.near.iter().copied().filter(filled).collect();
         let [only] = others[..] else { return None };
         let (name, content) = (&self.head.names[only], self.contents[only]);

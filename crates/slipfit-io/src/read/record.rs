@@ -211,7 +211,7 @@ fn scan(
         Time::Rate(_) => None,
     };
     wanted.extend(choice.quadrature.as_ref().map(|q| q.index));
-    wanted.extend(choice.nanoseconds);
+    wanted.extend(choice.fraction.map(|fraction| fraction.index));
     let is_interval = matches!(choice.time, Time::Intervals(..));
     let interval_s = if let Time::Rate(rate_hz) = choice.time { Some(1.0 / rate_hz) } else { None };
     // The mean of levels is no level of the mean.
@@ -266,8 +266,8 @@ fn scan(
                 continue;
             };
             let mut stamp = batch.columns[1][i];
-            if choice.nanoseconds.is_some() {
-                stamp += batch.columns[wanted.len() - 1][i] / 1e9;
+            if let Some(fraction) = choice.fraction {
+                stamp += batch.columns[wanted.len() - 1][i] / fraction.a_second;
             }
             if is_interval && stamp.is_finite() {
                 // The first sample has nothing before it.

@@ -418,6 +418,43 @@ fn steps_that_instruments_state_stand_for_times() {
 }
 
 #[test]
+fn a_time_of_day_and_the_part_of_a_second_beside_it_are_one_clock() {
+    let clock = |k: usize| {
+        let ms = 33_500 + 20 * k;
+        (format!("10:22:{:02}", ms / 1000), ms % 1000)
+    };
+    let past_midnight = |k: usize| {
+        let ms = (86_397_500 + 20 * k) % 86_400_000;
+        let (h, m, s) = (ms / 3_600_000, ms / 60_000 % 60, ms / 1000 % 60);
+        format!("03/12/2024,{h:02}:{m:02}:{s:02},{},{:.1}", ms % 1000, x(k))
+    };
+    for text in [
+        table("No,Date&Time,ms,x (mm)", |k| {
+            let (time, ms) = clock(k);
+            format!("{k},2024/03/12 {time},{ms},{:.1}", x(k))
+        }),
+        table("x (mm),Date,Time,Fractional Seconds", |k| {
+            let (time, ms) = clock(k);
+            format!("{:.1},03/12/2024,{time},{:.9}", x(k), ms as f64 / 1000.0)
+        }),
+        table("Time,Microseconds,x (mm)", |k| {
+            let (time, ms) = clock(k);
+            format!("{time},{},{:.1}", 1000 * ms, x(k))
+        }),
+        table("Date,Time,ms,x (mm)", past_midnight),
+    ] {
+        let reading = swing(text.as_bytes());
+        let notes = notes(&reading);
+        assert!(notes.contains("the times are the sum of column"), "{text:.90}: {notes}");
+        assert_eq!(reading.report.runs, 1, "{notes}");
+    }
+    // Milliseconds that go up by themselves are a clock of their own.
+    let own = table("Time,ms,x (mm)", |k| format!("{},{},{:.1}", clock(k).0, 20 * k, x(k)));
+    let own = read_from(own.as_bytes(), "swing.csv", &ReadOptions::default()).unwrap();
+    assert!(!notes(&own).contains("the sum of"), "{}", notes(&own));
+}
+
+#[test]
 fn what_is_no_record_is_told_what_reads_it() {
     for (text, said, hint) in [
         (

@@ -1,0 +1,119 @@
+//! Times in two columns: whole seconds, and the part of a second that is added to them.
+
+use super::{
+    chooser::{Chooser, Picked},
+    clock::Time,
+    name,
+    role::Role,
+    units::{self, Measures, Seconds},
+};
+use crate::report::Note;
+
+/// A column of parts of a second.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Fraction {
+    pub(crate) index: usize,
+    /// So many make a second.
+    pub(crate) a_second: f64,
+}
+
+impl Fraction {
+    fn unit(self) -> &'static str {
+        match self.a_second {
+            1e3 => "ms",
+            1e6 => "us",
+            1e9 => "ns",
+            _ => "s",
+        }
+    }
+}
+
+/// Share of the steps of a clock that go up; midnight is one that does not.
+const RISING: f64 = 0.98;
+
+impl Chooser<'_> {
+    /// Columns of whole seconds and of what is added to them.
+    pub(super) fn split_clock(&self) -> Option<(usize, Fraction)> {
+        if self.options.time_unit.is_some() {
+            return None;
+        }
+        self.seconds_and_nanoseconds().or_else(|| self.clock_and_fraction())
+    }
+
+    /// As ROS writes a time: `stamp.secs`, `stamp.nsecs`.
+    fn seconds_and_nanoseconds(&self) -> Option<(usize, Fraction)> {
+        let name = |c: usize| name::words(&self.head.names[c].header);
+        let pair = |c: usize| {
+            let words = name(c);
+            let (last, before) = words.split_last().filter(|(last, _)| units::listed("sec secs", last))?;
+            let content = self.contents[c];
+            if !(content.whole && content.rising == 1.0 && content.filled > 0.0) {
+                return None;
+            }
+            let fraction = [format!("n{last}"), format!("nano{last}")];
+            self.near.iter().copied().find(|&other| {
+                let (content, words) = (self.contents[other], name(other));
+                let is_fraction =
+                    content.whole && content.least >= 0.0 && (1e3..1e9).contains(&content.greatest);
+                let [of_second @ .., last] = &words[..] else { return false };
+                is_fraction && of_second == before && fraction.contains(last)
+            })
+        };
+        self.near.iter().find_map(|&c| Some((c, Fraction { index: pair(c)?, a_second: 1e9 })))
+    }
+
+    /// As loggers and multimeters do: a time of day `10:22:33` that stands still within a second, beside `ms` or
+    /// `Fractional Seconds`.
+    fn clock_and_fraction(&self) -> Option<(usize, Fraction)> {
+        let in_seconds = |c: &usize| {
+            let (content, name) = (self.contents[*c], &self.head.names[*c]);
+            let is_time =
+                self.roles[*c] == Role::Time && name.measures() == Some(Measures::Time(Seconds::Same));
+            is_time && content.whole && content.moving < RISING
+        };
+        let fraction = |index: usize| {
+            let (content, name) = (self.contents[index], &self.head.names[index]);
+            let says_part =
+                || name::words(&name.header).iter().any(|word| units::listed("fraction fractional", word));
+            let a_second = match name.measures() {
+                Some(Measures::Time(Seconds::Over(a_second))) => a_second,
+                Some(Measures::Time(Seconds::Same)) | None if says_part() => 1.0,
+                _ => return None,
+            };
+            (content.least >= 0.0 && content.greatest < a_second).then_some(Fraction { index, a_second })
+        };
+        self.near.iter().copied().filter(in_seconds).find_map(|whole| {
+            let others = self.near.iter().copied().filter(|&other| other != whole);
+            let found = others.filter_map(fraction).find(|part| self.is_clock(whole, *part));
+            Some((whole, found?))
+        })
+    }
+
+    /// Whether two columns together go up from row to row.
+    fn is_clock(&self, whole: usize, part: Fraction) -> bool {
+        let rows = self.values[whole].iter().zip(&self.values[part.index]);
+        let times: Vec<f64> = rows
+            .map(|(whole, fraction)| whole + fraction / part.a_second)
+            .filter(|t| t.is_finite())
+            .collect();
+        let up = times.windows(2).filter(|w| w[1] > w[0]).count();
+        times.len() > 1 && up as f64 >= RISING * (times.len() - 1) as f64
+    }
+
+    /// The sum of both.
+    pub(super) fn clock_of_two(&mut self, whole: usize, fraction: Fraction) -> Time {
+        self.roles[whole] = Role::Time;
+        self.roles[fraction.index] = Role::Never;
+        let (seconds, parts, unit) = (self.label(whole), self.label(fraction.index), fraction.unit());
+        let text = format!("the times are the sum of {seconds} in s and {parts} in {unit}");
+        self.notes.push(Note::new(text).hint("time", "names another column"));
+        self.fraction = Some(fraction);
+        Time::Column(
+            Picked {
+                unit: "s".to_owned(),
+                ..self.picked(whole, "whole seconds, to which parts of one are added")
+            },
+            Seconds::Same,
+        )
+    }
+}
