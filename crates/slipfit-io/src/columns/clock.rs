@@ -137,6 +137,18 @@ impl Chooser<'_> {
         self.head.stated_rate_hz.filter(|_| !self.near.iter().any(of_curve))
     }
 
+    /// The unit of counts so far apart by the rate that the file names, where it is another power of ten than the guess.
+    fn unit_by_rate(&self, mean_step: f64, guess: Seconds) -> Option<(f64, String, Seconds)> {
+        /// Decades by which lost rows move the mean step: 1 %.
+        const WITHIN: f64 = 0.005;
+        let rate_hz = self.head.stated_rate_hz.or_else(|| named::named_rate_hz(&self.head.named_values))?;
+        let decades = (rate_hz * mean_step).log10();
+        let a_second = 10f64.powi(decades.round() as i32);
+        let by_rate = (decades - decades.round()).abs() < WITHIN && decades.round() >= 1.0;
+        let seconds = Seconds::Over(a_second);
+        (by_rate && seconds != guess).then(|| (rate_hz, format!("1/{a_second} s"), seconds))
+    }
+
     /// Whether a column holds the times between rows.
     fn is_interval(&self, index: usize) -> bool {
         let content = self.contents[index];
@@ -222,11 +234,17 @@ impl Chooser<'_> {
                 step if step <= 1e6 => ("microseconds", microseconds()),
                 _ => ("nanoseconds", nanoseconds()),
             };
-            let text = format!(
-                "{label} names no unit and holds whole numbers {:.1} apart: they were taken as {of_what}",
-                content.mean_step
-            );
-            (text, taken)
+            let apart =
+                format!("{label} names no unit and holds whole numbers {:.1} apart", content.mean_step);
+            match self.unit_by_rate(content.mean_step, taken.1) {
+                Some((rate_hz, unit, seconds)) => {
+                    let text = format!(
+                        "{apart}: they were taken as {unit}, by the rate that the file names, {rate_hz} Hz"
+                    );
+                    (text, (unit, seconds))
+                }
+                None => (format!("{apart}: they were taken as {of_what}"), taken),
+            }
         } else {
             let text = format!("{label} names no unit: its times were taken as seconds");
             (text, ("s".to_owned(), Seconds::Same))

@@ -418,6 +418,22 @@ fn steps_that_instruments_state_stand_for_times() {
 }
 
 #[test]
+fn counts_of_an_unnamed_unit_are_those_of_the_rate_that_the_file_names() {
+    for (above, count, unit, note) in [
+        // Ten counts a millisecond, as the sensors of Movella count.
+        ("// Update Rate: 50.0Hz\n", 200, "1/10000 s", "by the rate that the file names, 50 Hz"),
+        ("// Update Rate: 50.0Hz\n", 20, "ms", "were taken as milliseconds"),
+        ("// Update Rate: 70.0Hz\n", 20, "ms", "were taken as milliseconds"),
+        ("", 20, "ms", "were taken as milliseconds"),
+    ] {
+        let row = |k: usize| format!("{}\t{:.1}", 123_450_000 + count * k, x(k));
+        let reading = swing(table(&format!("{above}SampleTimeFine\tx (mm)"), row).as_bytes());
+        assert_eq!(time_unit(&reading), unit, "{above}");
+        assert!(notes(&reading).contains(note), "{}", notes(&reading));
+    }
+}
+
+#[test]
 fn a_time_of_day_and_the_part_of_a_second_beside_it_are_one_clock() {
     let clock = |k: usize| {
         let ms = 33_500 + 20 * k;
