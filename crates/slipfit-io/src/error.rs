@@ -153,8 +153,8 @@ pub enum ReadProblem {
         /// The columns there are.
         columns: String,
     },
-    /// Times in ticks of a clock whose rate the file does not name.
-    #[error("{column} counts ticks of the instrument's clock, whose rate the file does not name")]
+    /// Times in ticks or samples of a clock whose rate the file does not name.
+    #[error("{column} counts ticks or samples, whose rate the file does not name")]
     NoTickRate {
         /// The time column.
         column: String,

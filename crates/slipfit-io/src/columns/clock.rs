@@ -46,6 +46,9 @@ fn epoch(time: f64) -> Option<(&'static str, Seconds)> {
 /// The longest step between rows of a clock that counts without naming its unit, 1 s in ns.
 const COUNTS: f64 = 1e9;
 
+/// What a clock counts that has no unit of time of its own.
+const COUNTED: &str = "ticks tick samples sample frames frame points counts count";
+
 impl Chooser<'_> {
     pub(super) fn time(&mut self, asked: Option<usize>, signal: Option<usize>) -> Result<Time, ReadProblem> {
         if let Some(rate) = self.options.rate_hz {
@@ -137,11 +140,16 @@ impl Chooser<'_> {
         self.head.stated_rate_hz.filter(|_| !self.near.iter().any(of_curve))
     }
 
+    /// The rate that the file names.
+    fn named_rate_hz(&self) -> Option<f64> {
+        self.head.stated_rate_hz.or_else(|| named::named_rate_hz(&self.head.named_values))
+    }
+
     /// The unit of counts so far apart by the rate that the file names, where it is another power of ten than the guess.
     fn unit_by_rate(&self, mean_step: f64, guess: Seconds) -> Option<(f64, String, Seconds)> {
         /// Decades by which lost rows move the mean step: 1 %.
         const WITHIN: f64 = 0.005;
-        let rate_hz = self.head.stated_rate_hz.or_else(|| named::named_rate_hz(&self.head.named_values))?;
+        let rate_hz = self.named_rate_hz()?;
         let decades = (rate_hz * mean_step).log10();
         let a_second = 10f64.powi(decades.round() as i32);
         let by_rate = (decades - decades.round()).abs() < WITHIN && decades.round() >= 1.0;
@@ -192,12 +200,17 @@ impl Chooser<'_> {
         if !name.unit.is_empty() {
             return match units::measures(&name.unit) {
                 Some(Measures::Time(seconds)) => Ok((name.unit.clone(), seconds)),
-                _ if name.unit == "ticks" => Err(ReadProblem::NoTickRate { column: label }),
+                _ if units::listed(COUNTED, &name.unit.to_lowercase()) => {
+                    let rate_hz = self.named_rate_hz().ok_or(ReadProblem::NoTickRate { column: label })?;
+                    let unit = name.unit.clone();
+                    let text = format!("the rate that the file names, {rate_hz} Hz, is that of its {unit}");
+                    self.notes.push(Note::new(text).hint("rate_hz", "says otherwise"));
+                    Ok((unit, Seconds::Over(rate_hz)))
+                }
                 other => {
-                    if other.is_some() {
-                        let text = format!("{label}: {} is no unit of time: seconds were taken", name.unit);
-                        self.notes.push(Note::new(text).hint("time_unit", "says otherwise"));
-                    }
+                    let what = if other.is_some() { "no unit of time" } else { "no unit that is known" };
+                    let text = format!("{label}: {} is {what}: seconds were taken", name.unit);
+                    self.notes.push(Note::new(text).hint("time_unit", "says otherwise"));
                     Ok(("s".to_owned(), Seconds::Same))
                 }
             };

@@ -110,18 +110,18 @@ fn split_unit(text: &str) -> (String, String) {
     if let Some(volts_or_amperes) = of_circuit(text) {
         return (text.to_owned(), volts_or_amperes.to_owned());
     }
-    for (open, close) in [('[', ']'), ('(', ')'), ('{', '}'), ('（', '）')] {
-        if let (Some(from), Some(to)) = (text.find(open), text.rfind(close))
-            && from < to
-        {
-            let unit = text[from + open.len_utf8()..to].trim();
+    let bracketed =
+        [('[', ']'), ('(', ')'), ('{', '}'), ('（', '）')].into_iter().filter_map(|(open, close)| {
+            let (from, to) = (text.find(open)?, text.rfind(close)?);
+            let unit = text.get(from + open.len_utf8()..to)?.trim();
             let rest = format!("{} {}", text[..from].trim(), text[to + close.len_utf8()..].trim());
-            let rest = rest.trim_end().trim_end_matches('/');
-            let known = units::measures(unit).is_some() || units::radians(unit).is_some();
-            if known || (unit.len() > 1 && !unit.contains(char::is_whitespace)) {
-                return (rest.trim().to_owned(), unit.to_owned());
-            }
-        }
+            Some((rest.trim_end().trim_end_matches('/').trim().to_owned(), unit.to_owned()))
+        });
+    let known = |unit: &str| units::measures(unit).is_some() || units::radians(unit).is_some();
+    let like_one = |unit: &str| unit.len() > 1 && !unit.contains(char::is_whitespace);
+    let first = |serves: &dyn Fn(&str) -> bool| bracketed.clone().find(|(_, unit)| serves(unit));
+    if let Some(parts) = first(&known).or_else(|| first(&like_one)) {
+        return parts;
     }
     // Three words: `a m s^-2`.
     let last_words = text.match_indices(' ').map(|(at, _)| text.split_at(at)).find(|(bare, unit)| {
@@ -258,6 +258,13 @@ mod tests {
             ("timestamp_ms", "timestamp", "ms"),
             ("elapsedMillis", "elapsed", "Millis"),
             ("timems", "time", "ms"),
+            ("Time (msec.)", "Time", "msec."),
+            ("Time (ms) [rel]", "Time [rel]", "ms"),
+            ("Time (rel) [ms]", "Time (rel)", "ms"),
+            ("時間 [ミリ秒]", "時間", "ミリ秒"),
+            (r"t [\si{\ms}]", "t", r"\si{\ms}"),
+            (r"t [$\mu$s]", "t", r"$\mu$s"),
+            ("Time [Sec/100]", "Time", "Sec/100"),
             ("Время (мс)", "Время", "мс"),
             ("t [1/100 s]", "t", "1/100 s"),
             ("time(10ms)", "time", "10ms"),

@@ -819,3 +819,22 @@ fn what_json_lacks_is_counted_and_what_is_broken_is_told() {
     let several = format!("{{\"a\": [{text}], \"b\": [{text}]}}", text = text.replace('\n', ","));
     assert!(said(&several).contains("`a` (t, x); `b` (t, x)"), "{}", said(&several));
 }
+
+#[test]
+fn times_in_samples_need_a_rate_and_an_unknown_unit_is_told() {
+    let by_number = |header: &str| table(header, |k| format!("{k},{:.1}", x(k)));
+    let read = |text: &str| read_from(text.as_bytes(), "swing.csv", &ReadOptions::default());
+    let refused = read(&by_number("Time (samples),x")).unwrap_err().to_string();
+    assert!(refused.contains("counts ticks or samples"), "{refused}");
+    let named = format!("# fs = {} Hz\n{}", 1.0 / STEP_S, by_number("Time (samples),x"));
+    assert_eq!(time_unit(&swing(named.as_bytes())), "samples");
+    let told = notes(&read(&by_number("Time (lustrum),x")).unwrap());
+    assert!(told.contains("lustrum is no unit that is known"), "{told}");
+    for (unit, per_second) in
+        [("msec.", 1e3), ("ミリ秒", 1e3), ("Sec/100", 100.0), (r"\si{\ms}", 1e3), (r"$\mu$s", 1e6)]
+    {
+        let text =
+            table(&format!("t [{unit}],x"), |k| format!("{:.3},{:.1}", k as f64 * STEP_S * per_second, x(k)));
+        assert_eq!(time_unit(&swing(text.as_bytes())), unit);
+    }
+}

@@ -1,6 +1,7 @@
 //! Units of time: names in several languages, so many of one, and ticks of a clock.
 
 use super::list::listed;
+use std::borrow::Cow;
 
 /// From a unit of time to seconds.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,12 +36,12 @@ const TIMES: &[(Seconds, &str)] = &[
     (
         Seconds::Over(1e3),
         "ms msec msecs msek millis millisec millisecond milliseconds millisekunden millisecondes millisecondi milisegundos \
-         мс мсек 毫秒",
+         мс мсек 毫秒 ミリ秒",
     ),
     (
         Seconds::Over(1e6),
         "us usec usecs \u{b5}s \u{3bc}s \u{b5}sec \u{3bc}sec micros microsec microsecond microseconds mikrosekunden \
-         microsecondes microsecondi microsegundos мкс 微秒",
+         microsecondes microsecondi microsegundos мкс 微秒 マイクロ秒",
     ),
     (
         Seconds::Over(1e9),
@@ -54,7 +55,25 @@ const TIMES: &[(Seconds, &str)] = &[
 
 /// A unit of time in lower case, or so many of one.
 pub(super) fn named(unit: &str) -> Option<Seconds> {
-    plain(unit).or_else(|| scaled(unit))
+    let unit = &without_marks(unit);
+    plain(unit).or_else(|| scaled(unit)).or_else(|| part(unit))
+}
+
+/// Without the full stop of an abbreviation and the marks of LaTeX: `msec.`, `$\mu$s`, `\si{\ms}`.
+fn without_marks(unit: &str) -> Cow<'_, str> {
+    let unit = unit.trim_end_matches('.');
+    if !unit.contains(['\\', '$']) {
+        return Cow::Borrowed(unit);
+    }
+    let inner = ["\\si{", "\\unit{"].iter().find_map(|name| unit.strip_prefix(name)?.strip_suffix('}'));
+    Cow::Owned(inner.unwrap_or(unit).replace("\\mu", "\u{3bc}").replace(['\\', '$', '{', '}'], ""))
+}
+
+/// A part of a unit of time: `sec/100`.
+fn part(unit: &str) -> Option<Seconds> {
+    let (unit, divisor) = unit.split_once('/')?;
+    let divisor: f64 = divisor.parse().ok().filter(|n: &f64| n.is_finite() && *n > 0.0)?;
+    Some(divided(plain(unit.trim())?, divisor))
 }
 
 fn plain(unit: &str) -> Option<Seconds> {
@@ -84,11 +103,15 @@ fn scaled(unit: &str) -> Option<Seconds> {
     };
     let unit = rest.trim_start_matches(['*', '\u{b7}', '\u{d7}', ' ']);
     let known = plain(unit).filter(|_| divisor.is_finite() && divisor > 0.0)?;
-    Some(match known {
+    Some(divided(known, divisor))
+}
+
+fn divided(unit: Seconds, divisor: f64) -> Seconds {
+    match unit {
         Seconds::Same => Seconds::Over(divisor),
         Seconds::Over(of_unit) => Seconds::Over(of_unit * divisor),
         Seconds::Times(of_unit) => Seconds::Times(of_unit / divisor),
-    })
+    }
 }
 
 /// The rate of a clock whose ticks are the unit, `60 M` of `60 MHz`.
