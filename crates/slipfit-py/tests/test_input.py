@@ -618,6 +618,16 @@ def test_a_reversed_record_is_told_from_an_unsorted_one(swing, answer):
         assert slipfit.ringdown(time[mixed][order], signal[mixed][order], unit="rad") == answer
 
 
+def test_amplitudes_without_a_bend_have_no_decay_rate():
+    """The rate of the start came back as if it were measured, to seven digits."""
+    time = 0.1 * np.arange(50)
+    for amplitude in (np.full(50, 2.0), np.zeros(50), np.full(50, -3e7)):
+        for rate in (0.01, 1.0, 7.5):
+            with pytest.raises(slipfit.NoAnswerError, match="decay rate") as raised:
+                slipfit.fit_envelope(time, amplitude, initial_amplitude=1, offset_amplitude=0, decay_rate_per_s=rate)
+            assert raised.value.code == "no_fit"
+
+
 def test_arguments_are_refused_before_the_analysis(swing, sweep, monkeypatch):
     def analysed(*_):
         raise AssertionError("the analysis runs")

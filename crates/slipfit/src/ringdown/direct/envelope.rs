@@ -1,6 +1,6 @@
 //! The averaged decay of an amplitude trace.
 
-use super::minimise::{Sums, minimise, spread};
+use super::minimise::{ROUNDING, Sums, minimise, spread};
 use crate::Error;
 use crate::numeric::trig;
 use pulp::Simd;
@@ -56,7 +56,7 @@ pub struct EnvelopeFit {
 /// - [`Error::TooFewSamples`] for fewer than four
 /// - [`Error::Parameter`] for a value that is not finite
 /// - [`Error::TimeBackwards`] for a time less than the one before
-/// - [`Error::NoFit`] where the data do not determine three parameters
+/// - [`Error::NoFit`] where the data do not determine three parameters, as of a constant
 ///
 /// ```
 /// use slipfit::ringdown::{EnvelopeStart, fit_envelope};
@@ -115,6 +115,8 @@ pub fn fit_envelope(time_s: &[f64], amplitude: &[f64], start: &EnvelopeStart) ->
         .and_then(fit)
         .filter(|f| f.converged)
         .or_else(|| fit(at))
+        // Of a trace without a bend the height is rounding, which leaves the rate where the search began.
+        .filter(|f| f.best[0].powi(2) > f.inverse[0][0] * ROUNDING * power / n as f64)
         .ok_or(Error::NoFit { reason: "the trace does not tell a decay rate from an offset" })?;
     let [height, level, rate] = found.best;
     // A_0 = b + c, C = -c.

@@ -27,7 +27,7 @@ const LAST: f64 = 1e-3;
 /// That step itself is at most so many times as long.
 const LONGEST: f64 = 300.0;
 /// Residuals carry a rounding of about 1e-13 of the signal at worst.
-const ROUNDING: f64 = 1e-26;
+pub(super) const ROUNDING: f64 = 1e-26;
 
 /// Least squares from `start`.
 ///

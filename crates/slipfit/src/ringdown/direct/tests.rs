@@ -247,6 +247,17 @@ fn what_cannot_be_fitted_is_refused_by_name() {
         Err(Error::Parameter { name: "amplitude", .. })
     ));
     assert!(matches!(fit_envelope(&[2.0; 50], &signal, &start), Err(Error::NoFit { .. })));
+    // Of amplitudes without a bend the rate of the start came back, as if it were measured.
+    for constant in [2.0, 0.0, -3e7, 1e-30] {
+        for decay_rate_per_s in [0.01, 0.2, 5.0, -1.0] {
+            let found = fit_envelope(
+                &times,
+                &vec![constant; times.len()],
+                &EnvelopeStart { decay_rate_per_s, ..start },
+            );
+            assert!(matches!(found, Err(Error::NoFit { .. })), "{constant}: {found:?}");
+        }
+    }
     let nan = EnvelopeStart { decay_rate_per_s: f64::NAN, ..start };
     assert!(fit_envelope(&times, &signal, &nan).is_err());
 }
