@@ -2,6 +2,7 @@
 
 use crate::error::Error;
 use slipfit::{SignalKind, ringdown};
+use std::collections::HashMap;
 
 /// Choices for [`fit_batch`](crate::fit_batch).
 #[derive(Debug, Clone, PartialEq)]
@@ -18,8 +19,13 @@ pub struct Options {
     pub frequency_hz: Option<Number>,
     /// Amplitudes are used up to the first below this one, in their unit.
     pub min_amplitude: Option<Number>,
-    /// Unit of the traces; empty if unknown.
+    /// Unit of the traces; empty if unknown. Of levels that of the amplitudes they stand for.
     pub unit: String,
+    /// Whether the traces are levels in dB, of which the amplitudes `10^(x/20)` are taken.
+    pub levels: bool,
+    /// What turns the numbers of a column, by its name, into seconds, Hz or [`Self::unit`]; 1 of any other column.
+    /// Durations and dates have a unit of their own.
+    pub factors: HashMap<String, f64>,
     /// Choices of [`Method::Analyse`], `frequency_hz` and `min_amplitude` aside.
     pub ringdown: ringdown::Options,
     /// Columns of the table that stand before those of the answer.
@@ -96,6 +102,8 @@ impl Options {
             frequency_hz: None,
             min_amplitude: None,
             unit: String::new(),
+            levels: false,
+            factors: HashMap::new(),
             ringdown: ringdown::Options::default(),
             keep: Vec::new(),
         }
@@ -121,6 +129,10 @@ impl Options {
             let problem =
                 "only for an oscillation; amplitudes, or X and Y, are those of one frequency already";
             return wrong("band_hz", problem.to_owned());
+        }
+        if self.levels && !matches!(self.signal, Signal::Amplitude(_)) {
+            let problem = "levels in dB are those of amplitudes; X, Y and oscillations have signs";
+            return wrong("unit", problem.to_owned());
         }
         let traces = match &self.signal {
             Signal::Amplitude(name) | Signal::Oscillation(name, _) => [Some(name), None],

@@ -48,18 +48,26 @@ pub(crate) struct Beside {
 
 impl<'a> Input<'a> {
     pub(crate) fn new(batch: &'a RecordBatch, options: &'a Options) -> Result<Self, Error> {
-        let lists = |name: &str| Lists::new(name, column(batch, name)?);
-        let numbers = |number: &Number| Numbers::new(batch, number, converted, "a column of numbers");
+        let factor = |name: &str| options.factors.get(name).copied().unwrap_or(1.0);
+        let lists = |name: &str| {
+            let scale = if options.levels { Scale::Level } else { Scale::Factor(factor(name)) };
+            Lists::new(name, column(batch, name)?, scale)
+        };
+        let number = |number: &Number, convert: Convert, needed| match number {
+            Number::Same(value) => Ok(Numbers::Same(*value)),
+            Number::Column(name) => Numbers::each(batch, name, factor(name), convert, needed),
+        };
+        let numbers = |held: &Number| number(held, converted, "a column of numbers");
         let (signal, quadrature) = match &options.signal {
             Signal::Amplitude(name) | Signal::Oscillation(name, _) => (lists(name)?, None),
             Signal::LockIn(x, y) => (lists(x)?, Some(lists(y)?)),
         };
         let (times, interval_s) = match &options.clock {
-            Clock::Interval(number) => {
+            Clock::Interval(interval) => {
                 let needed = "a column of numbers or durations";
-                (None, Some(Numbers::new(batch, number, seconds, needed)?))
+                (None, Some(number(interval, seconds, needed)?))
             }
-            Clock::Times(name) => (Some(Times::new(name, column(batch, name)?)?), None),
+            Clock::Times(name) => (Some(Times::new(name, column(batch, name)?, factor(name))?), None),
         };
         Ok(Self {
             signal,
@@ -211,19 +219,43 @@ enum Values<'a> {
     Converted(Vec<f64>),
 }
 
+/// How numbers are written.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Scale {
+    /// In another unit, or in that wanted with the factor 1.
+    Factor(f64),
+    /// As levels in dB.
+    Level,
+}
+
+impl Scale {
+    fn of(self, number: f64) -> f64 {
+        match self {
+            Self::Factor(factor) => number * factor,
+            // Minus infinity is no amplitude of zero but a reading without one.
+            Self::Level if !number.is_finite() => f64::NAN,
+            Self::Level => 10f64.powf(number / 20.0),
+        }
+    }
+}
+
 impl<'a> Lists<'a> {
-    fn new(name: &str, lists: &'a ArrayRef) -> Result<Self, Error> {
-        Self::converted_by(converted, lists).ok_or_else(|| Error::ColumnType {
+    fn new(name: &str, lists: &'a ArrayRef, scale: Scale) -> Result<Self, Error> {
+        Self::converted_by(converted, lists, scale).ok_or_else(|| Error::ColumnType {
             name: name.to_owned(),
             found: lists.data_type().clone(),
             needed: "a list, a large list or a fixed-size list of numbers",
         })
     }
 
-    /// Lists whose values this function makes doubles of, where they are none.
-    fn converted_by(convert: Convert, lists: &'a ArrayRef) -> Option<Self> {
+    /// Lists whose values this function makes doubles of, where they are none, on their scale.
+    fn converted_by(convert: Convert, lists: &'a ArrayRef, scale: Scale) -> Option<Self> {
         let (places, values) = Places::new(lists)?;
         let values = match values.data_type() {
+            _ if scale != Scale::Factor(1.0) => {
+                let written = convert(values)?.into_iter();
+                Values::Converted(written.map(|number| scale.of(number)).collect())
+            }
             DataType::Float64 if values.null_count() == 0 => {
                 Values::Doubles(values.as_primitive::<Float64Type>().values())
             }
@@ -285,13 +317,17 @@ enum Times<'a> {
 }
 
 impl<'a> Times<'a> {
-    fn new(name: &str, lists: &'a ArrayRef) -> Result<Self, Error> {
+    fn new(name: &str, lists: &'a ArrayRef, factor: f64) -> Result<Self, Error> {
         let dates = || {
             let (places, values) = Places::new(lists)?;
             let (stamps, unit) = stamps(values)?;
             Some(Self::Dates { places, stamps, nulls: values.nulls(), unit })
         };
-        let numbers = || Lists::converted_by(seconds, lists).map(Self::Seconds);
+        let numbers = || {
+            let (_, values) = Places::new(lists)?;
+            let scale = Scale::Factor(if is_duration(values) { 1.0 } else { factor });
+            Lists::converted_by(seconds, lists, scale).map(Self::Seconds)
+        };
         dates().or_else(numbers).ok_or_else(|| Error::ColumnType {
             name: name.to_owned(),
             found: lists.data_type().clone(),
@@ -323,24 +359,24 @@ enum Numbers {
 }
 
 impl Numbers {
-    fn new(
+    /// Those of a column.
+    fn each(
         batch: &RecordBatch,
-        number: &Number,
+        name: &str,
+        factor: f64,
         convert: Convert,
         needed: &'static str,
     ) -> Result<Self, Error> {
-        match number {
-            Number::Same(value) => Ok(Self::Same(*value)),
-            Number::Column(name) => {
-                let held = column(batch, name)?;
-                let values = convert(held).ok_or_else(|| Error::ColumnType {
-                    name: name.clone(),
-                    found: held.data_type().clone(),
-                    needed,
-                })?;
-                Ok(Self::Each(Float64Array::new(values.into(), held.logical_nulls())))
-            }
+        let held = column(batch, name)?;
+        let mut values = convert(held).ok_or_else(|| Error::ColumnType {
+            name: name.to_owned(),
+            found: held.data_type().clone(),
+            needed,
+        })?;
+        if factor != 1.0 && !is_duration(held) {
+            values.iter_mut().for_each(|value| *value *= factor);
         }
+        Ok(Self::Each(Float64Array::new(values.into(), held.logical_nulls())))
     }
 
     fn get(&self, row: usize) -> Option<f64> {
@@ -405,6 +441,11 @@ fn wide(value: i256) -> f64 {
     let (low, high) = value.to_parts();
     // In two parts a small number below zero would be the difference of two large ones.
     value.to_i128().map_or_else(|| high as f64 * 2f64.powi(128) + low as f64, |v| v as f64)
+}
+
+/// Whether values have a unit of time of their own.
+fn is_duration(values: &ArrayRef) -> bool {
+    matches!(values.data_type(), DataType::Duration(_))
 }
 
 /// [`converted`], and durations in seconds.

@@ -518,3 +518,46 @@ fn columns_name_their_units() {
         [Some("mm/s"), Some("Hz")]
     );
 }
+
+#[test]
+fn levels_are_amplitudes_and_columns_in_other_units_have_factors() {
+    let trace = decay(0.2, 0.7, 300);
+    let level = |v: &f64| 20.0 * v.log10();
+    let levels: Vec<f64> = trace.iter().take(150).map(level).collect();
+    let holed: Vec<f64> =
+        levels.iter().enumerate().map(|(i, v)| if i == 7 { f64::NEG_INFINITY } else { *v }).collect();
+    let mut asked = options();
+    asked.levels = true;
+    let column = lists::<Float64Type>(&[Some(levels), Some(holed)], |v| v);
+    let whole = fit_batch(&batch(column), &asked).unwrap();
+    for row in 0..2 {
+        assert!((number(&whole, "sliding_rate", row).unwrap() - 0.2).abs() < 1e-9);
+        assert!((number(&whole, "initial_amplitude", row).unwrap() - 1.0).abs() < 1e-9);
+    }
+    assert_eq!(whole["samples_left_out"].as_primitive::<Int64Type>().values(), &[0, 1]);
+    asked.signal = Signal::LockIn("amplitude".into(), "y".into());
+    assert!(matches!(
+        fit_batch(&batch(lists::<Float64Type>(&[], |v| v)), &asked),
+        Err(Error::Option { option: "unit", .. })
+    ));
+
+    let times: Vec<f64> = (0..300).map(|i| 1e3 * DT * f64::from(i)).collect();
+    let table = RecordBatch::try_from_iter([
+        ("amplitude", lists::<Float64Type>(&[Some(trace)], |v| v)),
+        ("t", lists::<Float64Type>(&[Some(times)], |v| v)),
+        ("dt", Arc::new(Float64Array::from(vec![1e3 * DT])) as ArrayRef),
+        ("least", Arc::new(Float64Array::from(vec![500.0])) as ArrayRef),
+    ])
+    .unwrap();
+    for clock in [Clock::Interval(Number::Column("dt".into())), Clock::Times("t".into())] {
+        let mut asked = options();
+        asked.clock = clock;
+        asked.min_amplitude = Some(Number::Column("least".into()));
+        asked.factors =
+            [("t", 1e-3), ("dt", 1e-3), ("least", 1e-3)].map(|(name, v)| (name.to_owned(), v)).into();
+        let found = fit_batch(&table, &asked).unwrap();
+        assert!((number(&found, "decay_rate_per_s", 0).unwrap() - 0.7).abs() < 1e-9);
+        assert!((number(&found, "sliding_rate", 0).unwrap() - 0.2).abs() < 1e-9);
+        assert_eq!(found["samples_left_out"].as_primitive::<Int64Type>().value(0), 229);
+    }
+}
