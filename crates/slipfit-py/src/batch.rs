@@ -8,7 +8,7 @@ use crate::interrupt::{bug_report, caught, interruptible_until, quick};
 use arrow_array::{ArrayRef, RecordBatch, RecordBatchReader};
 use arrow_ipc::reader::StreamReader;
 use arrow_ipc::writer::StreamWriter;
-use arrow_schema::{ArrowError, FieldRef, SchemaRef};
+use arrow_schema::{ArrowError, DataType, FieldRef, SchemaRef};
 use pyo3::exceptions::{PyKeyError, PyStopIteration};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyCapsule};
@@ -295,6 +295,8 @@ pub(crate) struct BatchChoices {
     min_amplitude: Option<PerRow>,
     method: String,
     unit: String,
+    levels: bool,
+    factors: HashMap<String, f64>,
     keep: Vec<String>,
     ringdown: RingdownChoices,
 }
@@ -340,31 +342,77 @@ impl BatchChoices {
         options.frequency_hz = self.frequency_hz.map(Into::into);
         options.min_amplitude = self.min_amplitude.map(Into::into);
         options.unit = self.unit;
+        options.levels = self.levels;
+        options.factors = self.factors;
         options.keep = self.keep;
         options.ringdown = self.ringdown.options(py)?;
         Ok(options)
     }
 }
 
+/// A table whose batches are read once.
+#[pyclass(frozen, module = "slipfit._core")]
+pub(crate) struct Source {
+    schema: SchemaRef,
+    batches: Mutex<Option<Box<dyn RecordBatchReader + Send>>>,
+}
+
+#[pymethods]
+impl Source {
+    /// Takes a table, once the choices are such as can be meant.
+    #[new]
+    fn new(py: Python<'_>, table: &Bound<'_, PyAny>, choices: BatchChoices) -> PyResult<Self> {
+        choices.options(py)?;
+        let batches = import(table)?;
+        Ok(Self { schema: batches.schema(), batches: Mutex::new(Some(batches)) })
+    }
+
+    /// Units that the columns state in their metadata, by the keys that the reader of Arrow's files looks for.
+    #[getter]
+    fn units(&self) -> HashMap<String, String> {
+        let unit = |field: &FieldRef| {
+            let stated = field.metadata().get("unit").or_else(|| field.metadata().get("units"))?;
+            Some((field.name().clone(), stated.clone()))
+        };
+        self.schema.fields().iter().filter_map(unit).collect()
+    }
+
+    /// Names of the columns that have a unit of time by their type: durations, dates, and lists of them.
+    #[getter]
+    fn timed(&self) -> Vec<String> {
+        let timed = |field: &&FieldRef| {
+            let of_values = match field.data_type() {
+                DataType::List(item) | DataType::LargeList(item) | DataType::FixedSizeList(item, _) => {
+                    item.data_type()
+                }
+                other => other,
+            };
+            matches!(of_values, DataType::Duration(_) | DataType::Timestamp(..))
+        };
+        self.schema.fields().iter().filter(timed).map(|field| field.name().clone()).collect()
+    }
+}
+
 /// The source and what its answers look like.
-fn answers(py: Python<'_>, table: &Bound<'_, PyAny>, choices: BatchChoices) -> PyResult<Answers> {
+fn answers(py: Python<'_>, source: &Source, choices: BatchChoices) -> PyResult<Answers> {
     let options = choices.options(py)?;
-    let source = import(table)?;
     // No rows of this schema: what is wrong with the table as a whole is said before any is read.
-    let empty = RecordBatch::new_empty(source.schema());
+    let empty = RecordBatch::new_empty(Arc::clone(&source.schema));
     let answer = quick(py, || slipfit_batch::fit_batch(&empty, &options))?;
     let schema = answer.map_err(|error| batch_error(py, error))?.schema();
+    let source = source
+        .batches
+        .lock()
+        .unwrap_or_else(PoisonError::into_inner)
+        .take()
+        .ok_or_else(|| Failure::new(py, "OptionError", "read", "the table has been read").into_error())?;
     Ok(Answers { source, options, schema })
 }
 
 /// Fits every trace of a table.
 #[pyfunction]
-pub(crate) fn fit_batch(
-    py: Python<'_>,
-    table: &Bound<'_, PyAny>,
-    choices: BatchChoices,
-) -> PyResult<ArrowTable> {
-    let mut answers = answers(py, table, choices)?;
+pub(crate) fn fit_batch(py: Python<'_>, source: &Source, choices: BatchChoices) -> PyResult<ArrowTable> {
+    let mut answers = answers(py, source, choices)?;
     let schema = Arc::clone(&answers.schema);
     let batches = interruptible_until(py, move |cancelled| {
         std::iter::from_fn(|| answers.answer(cancelled)).collect::<Result<Vec<_>, _>>()
@@ -374,12 +422,8 @@ pub(crate) fn fit_batch(
 
 /// Fits the traces of a stream as they come.
 #[pyfunction]
-pub(crate) fn fit_stream(
-    py: Python<'_>,
-    table: &Bound<'_, PyAny>,
-    choices: BatchChoices,
-) -> PyResult<ArrowStream> {
-    let answers = answers(py, table, choices)?;
+pub(crate) fn fit_stream(py: Python<'_>, source: &Source, choices: BatchChoices) -> PyResult<ArrowStream> {
+    let answers = answers(py, source, choices)?;
     let schema = Arc::clone(&answers.schema);
     Ok(ArrowStream { schema, state: Mutex::new(State::Ready(Box::new(answers))) })
 }

@@ -24,7 +24,7 @@ mod _core {
         series_answer,
     };
     #[pymodule_export]
-    use crate::batch::{ArrowStream, ArrowTable, fit_batch, fit_stream};
+    use crate::batch::{ArrowStream, ArrowTable, Source, fit_batch, fit_stream};
     #[pymodule_export]
     use crate::fits::{curve, envelope, waveform};
     #[pymodule_export]

@@ -321,14 +321,56 @@ def _choices(
     **analysis: Any,
 ) -> dict[str, Any]:
     _check_columns(amplitude, x, y, signal, kind, method, frequency_hz, dt, time, analysis)
+    # One with a unit is converted when that of the traces is known.
+    least = min_amplitude if _input.unit_of_one(min_amplitude) is None else None
     return {
         "amplitude": amplitude, "x": x, "y": y, "signal": signal, "kind": kind,
         "dt": dt if isinstance(dt, str) else _input.interval("dt", dt), "time": time,
         "frequency_hz": _per_row("frequency_hz", frequency_hz),
-        "min_amplitude": _per_row("min_amplitude", _input.of_samples("min_amplitude", min_amplitude, unit)),
-        "method": method, "unit": unit, "keep": [keep] if isinstance(keep, str) else list(keep),
+        "min_amplitude": _per_row("min_amplitude", least), "method": method, "unit": unit, "levels": False,
+        "factors": {}, "keep": [keep] if isinstance(keep, str) else list(keep),
         "ringdown": _ringdown_choices(**analysis),
     }  # fmt: skip
+
+
+def _taken(table: Any, choices: dict[str, Any], min_amplitude: Any) -> _core.Source:
+    """The table, and in the choices what its columns say of their units."""
+    source = _core.Source(table, choices)
+    stated, timed = source.units, source.timed
+    role = next(name for name in ("amplitude", "x", "signal") if choices[name] is not None)
+
+    def known(option: str) -> str | None:
+        """The unit of the column that an option names: its own or that of its name."""
+        column = choices[option]
+        return stated.get(column) or _core.unit_of_name(column) if isinstance(column, str) else None
+
+    own = stated.get(choices[role])
+    told = _input.unit_told(role, own, choices["unit"] or None)
+    of_numbers = own or _input.unit_of_samples(known(role)) or told
+    unit, kind, levels = _input.samples_in(told or of_numbers or "")
+    if levels and role != "amplitude":
+        raise _input.refuse(
+            role, f"{role} is in {told or of_numbers!r}, levels of amplitudes: give them as amplitude=…; X, Y and oscillations have signs"
+        )
+    if role == "signal" and choices["kind"] is None and kind in get_args(Motion):
+        choices["kind"] = kind
+    choices["unit"], choices["levels"] = unit, levels
+
+    def factor(option: str, wanted: str, words: str) -> float:
+        column, own = choices[option], known(option)
+        if not own or column in timed:
+            return 1.0
+        named = None if stated.get(column) else column
+        return _input.factor_to(option, own, wanted, words, named, "a column that is renamed has none")
+
+    factors = {"dt": factor("dt", "s", _input.TIMES), "time": factor("time", "s", _input.TIMES)}
+    factors["frequency_hz"] = factor("frequency_hz", "Hz", _input.FREQUENCIES)
+    factors["y"] = _input.factor_alike("y", _input.unit_of_samples(known("y")), of_numbers)
+    factors["min_amplitude"] = _input.factor("min_amplitude", known("min_amplitude"), unit)
+    choices["factors"] = {choices[option]: number for option, number in factors.items() if number != 1}
+    if choices["min_amplitude"] is None:
+        choices["min_amplitude"] = _input.of_samples("min_amplitude", min_amplitude, unit)
+    return source
 
 
 def _check_columns(
@@ -422,7 +464,8 @@ def fit_batch(
         of xarray a dimension called ``time`` or ``t``, or the one of dates, may
         come first, and the unit is taken over. So is a list of traces, which may
         differ in length; a dictionary has columns by name, traces as a list or as
-        an array of shape (rows, samples).
+        an array of shape (rows, samples). A column has the unit that its metadata state,
+        as those of tables of answers do, or that of its name: ``x (nm)``, ``dt (ms)``.
     amplitude : str
         Column of amplitudes; or
     x, y : str
@@ -430,7 +473,8 @@ def fit_batch(
     signal : str
         column of the oscillation itself, for ``method="analyse"``.
     kind : str, optional
-        What `signal` is: ``displacement``, ``velocity``, ``acceleration``.
+        What `signal` is: ``displacement``, ``velocity``, ``acceleration``; as the unit
+        says if not given.
     dt : float, quantity, duration or str
         Interval of the samples [s], or the column of it, numbers or durations. Of an
         array of xarray with a coordinate of even times it is theirs if not given.
@@ -450,7 +494,8 @@ def fit_batch(
     unit : str
         Unit of the traces, to which a `min_amplitude` with a unit of its own is
         converted, and by which the columns of the answer have theirs
-        (:attr:`ArrowTable.units`).
+        (:attr:`ArrowTable.units`). Levels in dB, dBm and the like are taken as the amplitudes
+        they stand for, 20 dB a decade.
     keep : sequence of str
         Columns of the table that stand before those of the answer.
     model, band_hz, start_s, end_s, lockin_time_constant_s, lockin_order : optional
@@ -493,7 +538,8 @@ def fit_batch(
         model=model, band_hz=band_hz, start_s=start_s, end_s=end_s,
         lockin_time_constant_s=lockin_time_constant_s, lockin_order=lockin_order, **named,
     )  # fmt: skip
-    return ArrowTable(_core.fit_batch(_table(table, amplitude or signal or "x"), choices))
+    source = _taken(_table(table, amplitude or signal or "x"), choices, min_amplitude)
+    return ArrowTable(_core.fit_batch(source, choices))
 
 
 def answer_schema(**options: Any) -> ArrowTable:
@@ -563,4 +609,4 @@ def fit_stream(
         model=model, band_hz=band_hz, start_s=start_s, end_s=end_s,
         lockin_time_constant_s=lockin_time_constant_s, lockin_order=lockin_order,
     )  # fmt: skip
-    return ArrowStream(_core.fit_stream(table, choices), table)
+    return ArrowStream(_core.fit_stream(_taken(table, choices, min_amplitude), choices), table)

@@ -17,6 +17,7 @@ __all__ = [
     "Curve",
     "Levels",
     "Record",
+    "Source",
     "Stack",
     "__version__",
     "check_ringdown",
@@ -171,8 +172,18 @@ class ArrowStream:
 
 _Choices = dict[str, Any]
 
-def fit_batch(table: Any, choices: _Choices) -> ArrowTable: ...
-def fit_stream(table: Any, choices: _Choices) -> ArrowStream: ...
+@final
+class Source:
+    """A table whose batches are read once."""
+
+    def __new__(cls, table: Any, choices: _Choices) -> Source: ...
+    @property
+    def units(self) -> dict[str, str]: ...
+    @property
+    def timed(self) -> list[str]: ...
+
+def fit_batch(source: Source, choices: _Choices) -> ArrowTable: ...
+def fit_stream(source: Source, choices: _Choices) -> ArrowStream: ...
 
 _Source = bytes | list[str]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+import functools
 import operator
 import os
 import re
@@ -141,13 +142,18 @@ def unit_told(name: str, own: str | None, unit: str | None, option: str = "unit"
 
 def alike(name: str, values: ArrayLike, unit: str | None) -> Vector:
     """Numbers that stand beside others in this unit, in the same unit if they name one."""
-    own = unit_known(values)
+    scale = factor_alike(name, unit_known(values), unit)
+    return vector(name, values) if scale == 1 else vector(name, values) * scale
+
+
+def factor_alike(name: str, own: str | None, unit: str | None) -> float:
+    """What turns numbers that stand beside others in this unit into the same unit; 1 where either names none."""
     if not own or not unit or own == unit:
-        return vector(name, values)
-    factor = _core.unit_factor(own, unit)
-    if factor is None:
+        return 1.0
+    found = _core.unit_factor(own, unit)
+    if found is None:
         raise refuse(name, f"{name} is in {own!r}, what it belongs to in {unit!r}")
-    return vector(name, values) * factor
+    return found
 
 
 def radians(name: str, values: ArrayLike) -> Vector:
@@ -160,17 +166,27 @@ def _in_unit(name: str, numbers: Vector, given: Any, wanted: str, words: str) ->
     unit = unit_known(given)
     if not unit:
         return numbers
+    named = None if own_unit(given) else given.name
+    return numbers * factor_to(name, unit, wanted, words, named, f"{name}.to_numpy() has no name")
+
+
+def factor_to(name: str, unit: str, wanted: str, words: str, named: str | None, without: str) -> float:
+    """What turns numbers in a unit, theirs or that of a name, into those in the unit wanted."""
     factor = _core.unit_factor(unit, wanted)
     if factor is None:
-        named = "" if own_unit(given) else f" by its name {given.name!r}"
-        without = f"; {name}.to_numpy() has no name" if named else ""
-        raise refuse(name, f"{name} is in {unit!r}{named}: {words} are known{without}")
-    return numbers * factor
+        by_name = "" if named is None else f" by its name {named!r}"
+        advice = "" if named is None else f"; {without}"
+        raise refuse(name, f"{name} is in {unit!r}{by_name}: {words} are known{advice}")
+    return factor
+
+
+#: Units that messages name, of frequencies and of times.
+FREQUENCIES, TIMES = "mHz, Hz, kHz, MHz, GHz and rad/s", "s, ms, us, ns, min, h and days"
 
 
 def hertz(name: str, values: ArrayLike) -> Vector:
     """Frequencies in Hz; those of xarray are taken in the unit that they name."""
-    return _in_unit(name, vector(name, values), values, "Hz", "mHz, Hz, kHz, MHz, GHz and rad/s")
+    return _in_unit(name, vector(name, values), values, "Hz", FREQUENCIES)
 
 
 def seconds(name: str, values: ArrayLike) -> Vector:
@@ -198,7 +214,7 @@ def seconds(name: str, values: ArrayLike) -> Vector:
             raise
         dates = f"pandas.to_datetime({name}) makes dates of texts"
         raise refuse(name, f"{name} holds texts that are no numbers, such as {shown(str(array[0]))}: {dates}") from None
-    return _in_unit(name, numbers, given, "s", "s, ms, us, ns, min, h and days")
+    return _in_unit(name, numbers, given, "s", TIMES)
 
 
 def interval(name: str, value: Any) -> float | None:
@@ -342,11 +358,22 @@ def _labelled(axis: str, option: str, given: Any) -> tuple[Vector | None, Any, s
 
 def named(given: Any, own: str | None, told: str | None) -> tuple[str | None, str | None]:
     """Unit of samples as it is told or else as their name has it, and that of the numbers themselves."""
-    by_name = own or _named_unit(given)
-    if by_name and not own and any(_core.unit_factor(by_name, other) for other in ("s", "Hz")):
-        # No unit of samples.
-        by_name = None
-    return by_name if told is None else told, by_name or told
+    of_numbers = own or unit_of_samples(_named_unit(given)) or told
+    return of_numbers if told is None else told, of_numbers
+
+
+def unit_of_samples(named: str | None) -> str | None:
+    """The unit in the name of samples, unless it is one of times or frequencies; angular velocities are samples."""
+    other = named and any(_core.unit_factor(named, of) for of in ("s", "Hz"))
+    return None if not named or other and samples_in(named)[1] != "velocity" else named
+
+
+@functools.lru_cache
+def samples_in(unit: str) -> tuple[str, str, bool]:
+    """What :func:`ringdown` makes of samples in a unit: their unit then, their kind, and whether they were levels in dB."""
+    samples = np.array([0.0, 1.0, 0.5, 2.0, 0.5, 1.0, 0.0, 1.5])
+    read = _core.record_of_arrays(np.arange(8.0), samples, None, None, unit or None, None)
+    return read.unit, read.kind, not np.array_equal(read.signal, samples)
 
 
 def frequency_and_response(labelled: Any) -> tuple[Vector | None, Any, str | None]:
@@ -386,18 +413,18 @@ def unit_of_one(value: Any) -> str | None:
     return None if measured is None else measured[1]
 
 
-def _factor(name: str, own: str | None, samples: str | None) -> float:
+def factor(name: str, own: str | None, samples: str | None) -> float:
     """What turns a value in its own unit into one in the unit of its option, or in that of the samples."""
     wanted = _units.of_option(name) if samples is None else samples
     # A parameter of samples without a unit has none either.
     if own is None or own == wanted or samples is not None and not own:
         return 1.0
     if samples is None and not wanted:
-        factor = _core.unit_factor(own, "1")
+        found = _core.unit_factor(own, "1")
     else:
-        factor = _core.unit_factor(own, wanted) if own and wanted else None
-    if factor is not None:
-        return factor
+        found = _core.unit_factor(own, wanted) if own and wanted else None
+    if found is not None:
+        return found
     given = f"{name} is in {own!r}" if own else f"{name} is a pure number"
     if samples is None:
         raise refuse(name, f"{given} where {f'a value in {wanted}' if wanted else 'a pure number'} is needed")
@@ -413,7 +440,7 @@ def number(name: str, value: Any, samples: str | None = None) -> float:
     own = unit_of_one(value)
     if own is not None:
         held = value.value if hasattr(value, "std_error") else numbers(value)
-        return _factor(name, own, samples) * _float(name, held)
+        return factor(name, own, samples) * _float(name, held)
     return _float(name, value)
 
 
@@ -454,8 +481,8 @@ def pair(name: str, value: Uncertain | None, samples: str | None = None) -> floa
     """A value with or without its standard error."""
     given: Any = value
     if hasattr(given, "std_error"):
-        factor = _factor(name, unit_of_one(given), samples)
-        return factor * _float(name, given.value), factor * _float(name, given.std_error)
+        scale = factor(name, unit_of_one(given), samples)
+        return scale * _float(name, given.value), scale * _float(name, given.std_error)
     if hasattr(type(given), "__len__") and getattr(given, "ndim", 1) != 0:
         first, error = given
         return number(name, first, samples), number(name, error, samples)

@@ -197,7 +197,7 @@ def fit_map(
     options: dict[str, Any] = {
         column: "trace", "dt": _input.interval("dt", dt),
         "frequency_hz": _input.optional("frequency_hz", frequency_hz),
-        "min_amplitude": _input.optional("min_amplitude", _input.of_samples("min_amplitude", min_amplitude, unit)),
+        "min_amplitude": _input.optional("min_amplitude", _input.of_samples("min_amplitude", min_amplitude, _input.samples_in(unit)[0])),
         "method": method, "unit": unit, "kind": None if kind == "amplitude" else kind,
     }  # fmt: skip
     across = tuple(n for i, n in enumerate(shape) if i != axis)
