@@ -659,6 +659,8 @@ def test_lists_and_dictionaries_of_traces_are_tables():
     for given in (traces, tuple(traces), [traces[0].tolist(), traces[1]], [trace.astype(">f8") for trace in traces]):
         assert slipfit.fit_batch(given, **options) == wanted
     assert slipfit.fit_batch({"trace": traces}, **options) == wanted
+    chunked = pa.chunked_array([[trace.tolist() for trace in traces]])
+    assert slipfit.fit_batch({"trace": chunked}, **options) == wanted
     with_gap = slipfit.fit_batch([traces[0], None], **options)
     assert list(with_gap["status"]) == [wanted["status"][0], "failed"]
     even = np.array([traces[0], np.exp(-3 * time)])

@@ -183,3 +183,57 @@ def test_units_of_another_quantity_are_refused(columns, options, option, words):
     with pytest.raises(slipfit.OptionError, match="unit='um' beside amplitude in 'nm'") as raised:
         slipfit.fit_batch(stated(a=(pa.array([AMPLITUDE.tolist()]), "nm")), **PLAIN, unit="um")
     assert raised.value.option == "unit"
+
+
+def test_units_of_arrays_are_kept_wherever_they_are_given(tmp_path):
+    pint, xr = pytest.importorskip("pint"), pytest.importorskip("xarray")
+    pandas, h5py = pytest.importorskip("pandas"), pytest.importorskip("h5py")
+    ureg = pint.UnitRegistry()
+    of = {"frequency_hz": 1, "q_factor": 50, "drive_amplitude": 1}
+    wanted = slipfit.simulate.sweep([0.9, 1.0], **of)
+    kilohertz = [9e-4, 1e-3]
+    for frequencies in (
+        kilohertz * ureg.kHz, xr.DataArray(kilohertz, dims="f", attrs={"units": "kHz"}), pandas.Series(kilohertz, name="f (kHz)"),
+    ):  # fmt: skip
+        found = slipfit.simulate.sweep(frequencies, **of)
+        for name in ("frequency_hz", "amplitude", "phase_rad"):
+            np.testing.assert_allclose(found[name], wanted[name], rtol=1e-9)
+    with pytest.raises(slipfit.OptionError, match="frequencies_hz is in 'm'") as raised:
+        slipfit.simulate.sweep([1] * ureg.m, **of)
+    assert raised.value.option == "frequencies_hz"
+    # The name of an array of xarray tells its unit too.
+    labelled = xr.DataArray(AMPLITUDE[np.newaxis], dims=("row", "time"), name="a (nm)")
+    assert slipfit.fit_batch(labelled, **PLAIN).units["sliding_rate"] == "nm/s"
+    assert slipfit.fit_map(labelled.expand_dims("y"), DT)["sliding_rate"].attrs["units"] == "nm/s"
+    # Traces of a list are in the unit of the first.
+    rows = [AMPLITUDE * ureg.mm, AMPLITUDE * 1e-3 * ureg.m, None]
+    plain = slipfit.fit_batch([AMPLITUDE, AMPLITUDE, None], unit="mm", **PLAIN)
+    for table in (rows, {"a": rows}):
+        found = slipfit.fit_batch(table, **PLAIN)
+        same(found, plain)
+        assert found.units == plain.units
+    columns = {"a": np.array([AMPLITUDE]) * ureg.nm, "dt": [1e3 * DT] * ureg.ms, "f": xr.DataArray([5e-3], dims="row", attrs={"units": "kHz"})}
+    found = slipfit.fit_batch(columns, amplitude="a", dt="dt", frequency_hz="f")
+    same(found, slipfit.fit_batch([AMPLITUDE], frequency_hz=5.0, unit="nm", **PLAIN))
+    assert found.units["friction_displacement"] == "nm"
+    for wrong, words in (
+        ([AMPLITUDE * ureg.mm, AMPLITUDE], "without a unit: each needs one"),
+        ([AMPLITUDE * ureg.mm, AMPLITUDE * ureg.V], "table is in 'V', what it belongs to in 'mm'"),
+    ):
+        with pytest.raises(slipfit.OptionError, match=words) as raised:
+            slipfit.fit_batch(wrong, **PLAIN)
+        assert raised.value.option == "table"
+    # A data set has the unit that its file has.
+    with h5py.File(tmp_path / "stack.h5", "w") as file:
+        file["a"] = AMPLITUDE[np.newaxis, np.newaxis]
+        for key, unit in (("units", "nm"), ("unit", np.bytes_("nm")), ("units", np.array(["nm"], dtype="S2"))):
+            file["a"].attrs.clear() if hasattr(file["a"].attrs, "clear") else None
+            file["a"].attrs[key] = unit
+            found = slipfit.fit_map(file["a"], DT)
+            assert found["sliding_rate"].attrs["units"] == "nm/s", key
+    by_path = slipfit.fit_map(tmp_path / "stack.h5", DT)
+    xr.testing.assert_identical(found, by_path)
+    zarr = pytest.importorskip("zarr")
+    stored = zarr.create_array(store={}, data=AMPLITUDE[np.newaxis, np.newaxis])
+    stored.attrs["units"] = "nm"
+    assert slipfit.fit_map(stored, DT)["sliding_rate"].attrs["units"] == "nm/s"

@@ -229,7 +229,11 @@ def _per_row(name: str, value: PerRow | None) -> float | str | None:
 
 def _labelled(table: Any, options: dict[str, Any]) -> Any:
     """The rows of an array of xarray, their time behind, and what it names of options that are not given."""
-    options["unit"] = _input.unit_told("table", _input.own_unit(table), options["unit"] or None) or ""
+    rows = isinstance(table, (list, tuple))
+    own = _rows_unit(table) if rows else _input.own_unit(table)
+    options["unit"] = _input.named(table, own, _input.unit_told("table", own, options["unit"] or None))[0] or ""
+    if rows and own:
+        return [row if row is None else _input.alike("table", row, own) for row in table]
     if not _input.is_of_xarray(table) or getattr(table, "ndim", 0) != 2:
         return _input.numbers(table)
     name = _input.time_dimension(table)
@@ -239,6 +243,15 @@ def _labelled(table: Any, options: dict[str, Any]) -> Any:
         otherwise = "give dt, or a table with a column of times"
         options["dt"] = _input.even_step(name, table.coords[name], otherwise)
     return table.transpose(..., name)
+
+
+def _rows_unit(rows: Any) -> str | None:
+    """The unit of traces in a list, that of the first one: each names its own, or none does."""
+    units = [_input.own_unit(row) for row in rows if row is not None]
+    own = next(filter(None, units), None)
+    if own is not None and None in units:
+        raise _input.refuse("table", f"table has traces in {own!r} and traces without a unit: each needs one, or none")
+    return own
 
 
 def _table(table: Any, column: str) -> Any:
@@ -262,8 +275,17 @@ def _table(table: Any, column: str) -> Any:
         return table
     import pyarrow as pa
 
+    arrays, fields = [], []
     try:
-        return pa.table({str(name): _column(values) for name, values in columns.items()})
+        for name, values in columns.items():
+            rows = isinstance(values, (list, tuple))
+            own = _rows_unit(values) if rows else _input.own_unit(values)
+            if rows and own:
+                values = [row if row is None else _input.alike("table", row, own) for row in values]
+            held = _column(values)
+            arrays.append(held if isinstance(held, (pa.Array, pa.ChunkedArray)) else pa.array(held))
+            fields.append(pa.field(str(name), arrays[-1].type, metadata={"unit": own} if own else None))
+        return pa.table(arrays, schema=pa.schema(fields))
     except (pa.ArrowException, TypeError, ValueError) as error:
         raise wrong_type("table", table, f"columns of one length, one trace or number a row, are needed ({error})") from None
 
@@ -290,6 +312,7 @@ def _column(values: Any) -> Any:
         return pa.array([_cell(one) for one in values])
     if isinstance(values, (str, bytes)):
         raise TypeError("a text is no column")
+    values = values.to_numpy() if _input.is_of_xarray(values) else _input.numbers(values)
     if not isinstance(values, np.ndarray):
         return values
     values = _input.unmasked(values)

@@ -103,11 +103,16 @@ def _doubles(array: NDArray[Any]) -> Vector:
 
 def is_of_xarray(values: Any) -> bool:
     """Whether this is an array or a data set of xarray."""
-    return type(values).__module__.split(".")[0] == "xarray"
+    return _package(values) == "xarray"
 
 
 def own_unit(values: Any) -> str | None:
-    """The unit that an array of xarray names, or that belongs to the array."""
+    """The unit that an array of xarray or a data set of a file names, or that belongs to the array."""
+    if _package(values) in ("h5py", "zarr"):
+        # By the keys of the reader of such files.
+        stated = [values.attrs[key] for key in ("units", "unit") if key in values.attrs]
+        unit = np.asarray(stated[0]).reshape(-1)[:1].tolist() if stated else []
+        return (unit[0].decode(errors="replace") if isinstance(unit[0], bytes) else str(unit[0])) or None if unit else None
     if not is_of_xarray(values):
         measured = _measured(values)
         return measured[1] or None if measured is not None else None
@@ -115,10 +120,15 @@ def own_unit(values: Any) -> str | None:
     return own_unit(getattr(values, "data", None)) if unit is None else str(unit)
 
 
+def _package(values: Any) -> str:
+    """The package that the type of an object comes from."""
+    return type(values).__module__.split(".")[0]
+
+
 def _named_unit(values: Any) -> str | None:
     """The unit in the name of a column of pandas, polars or xarray, as a file's header would tell it."""
     name = getattr(values, "name", None)
-    labelled = type(values).__module__.split(".")[0] in ("pandas", "polars", "xarray")
+    labelled = _package(values) in ("pandas", "polars", "xarray")
     return _core.unit_of_name(name) if labelled and isinstance(name, str) else None
 
 

@@ -189,7 +189,8 @@ def fit_map(
         if dt is None and time_dim in stack.coords:
             dt = _input.even_step(time_dim, stack.coords[time_dim], "slipfit.fit_batch takes times")
     if not isinstance(stack, _Stored):
-        unit = _input.unit_told("stack", _input.own_unit(stack), unit)
+        own = _input.own_unit(stack)
+        unit = _input.named(stack, own, _input.unit_told("stack", own, unit))[0]
     if dt is None:
         raise _input.refuse("dt", "dt is needed: the interval of the samples [s]")
     unit = unit or ""

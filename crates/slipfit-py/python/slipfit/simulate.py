@@ -239,7 +239,7 @@ def sweep(
     Parameters
     ----------
     frequencies_hz : array_like, shape (n,)
-        Frequencies of the drive [Hz].
+        Frequencies of the drive [Hz], or in the unit that they or their name have.
     drive_amplitude : float or quantity
         x_0, in the unit of the displacement.
     wait_s : float or quantity, optional
@@ -269,7 +269,7 @@ def sweep(
         viscous_coefficient=viscous_coefficient, friction_displacement=friction_displacement,
         coulomb_force=coulomb_force, static_displacement=static_displacement, static_force=static_force,
     )  # fmt: skip
-    frequencies = _input.vector("frequencies_hz", frequencies_hz)
+    frequencies = _input.hertz("frequencies_hz", frequencies_hz)
     if not ((frequencies > 0) & np.isfinite(frequencies)).all():
         raise _input.refuse("frequencies_hz", "frequencies_hz: each must be above zero and finite")
     wait = _input.optional("wait_s", wait_s)
