@@ -556,13 +556,17 @@ def test_labelled_rows_bring_their_time_and_unit():
         for held in (rows, rows.transpose()):
             answers = slipfit.fit_batch(held, amplitude="amplitude")
             np.testing.assert_allclose(answers["sliding_rate"], whole["sliding_rate"], rtol=1e-6)
-            assert len(slipfit.fit_batch(held, amplitude="amplitude", dt=2 * DT)) == 4
+            assert slipfit.fit_batch(held, amplitude="amplitude", dt=DT)["sliding_rate"] == pytest.approx(whole["sliding_rate"], rel=1e-6)
+            # Another interval was taken in place of the coordinate's.
+            with pytest.raises(slipfit.OptionError, match="dt is given as 0.02 s beside the coordinate") as raised:
+                slipfit.fit_batch(held, amplitude="amplitude", dt=2 * DT)
+            assert raised.value.option == "dt"
     # Columns of these names are no unit and no numbers of one.
     named = pa.table({"value": lists(traces)["amplitude"], "unit": ["nm"] * 4}).to_pandas()
     assert slipfit.fit_batch(named, amplitude="value", dt=DT)["sliding_rate"].tolist() == whole["sliding_rate"].tolist()
     plain = xr.DataArray(traces, dims=("row", "sample"))
     assert slipfit.fit_batch(plain, amplitude="amplitude", dt=DT) == whole
-    with pytest.raises(slipfit.OptionError, match="'time' is not even: give dt, or a table"):
+    with pytest.raises(slipfit.OptionError, match="'time' is not even: give a table"):
         uneven = xr.DataArray(traces, dims=("row", "time"), coords={"time": sampled**2})
         slipfit.fit_batch(uneven, amplitude="amplitude")
 

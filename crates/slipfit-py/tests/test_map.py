@@ -276,6 +276,39 @@ def test_time_is_found_by_its_name_or_its_dates(stack):
             np.testing.assert_allclose(again["sliding_rate"], found["sliding_rate"], rtol=1e-6, atol=1e-9)
 
 
+def test_a_coordinate_of_places_is_never_time(stack):
+    """Of frames with times beside them the last axis, x, was taken for time."""
+    found = slipfit.fit_map(stack, DT)
+    first = np.moveaxis(stack, 2, 0)
+    sampled = DT * np.arange(150)
+    durations = (sampled * 1e9).round().astype("timedelta64[ns]")
+    place = {"x": 0.5 * np.arange(7), "y": 0.5 * np.arange(12)}
+    for name, coordinate in (
+        ("time", ("frame", sampled)), ("t (ms)", ("frame", 1e3 * sampled)), ("when", ("frame", durations)),
+        ("delay", ("frame", 1e3 * sampled, {"units": "ms"})),
+    ):  # fmt: skip
+        for counted in ({}, {"frame": np.arange(150)}):
+            labelled = xr.DataArray(first, dims=("frame", "y", "x"), coords={name: coordinate, **place, **counted})
+            for dt in (None, DT):
+                again = slipfit.fit_map(labelled, dt)
+                assert again.sizes == {"y": 12, "x": 7} and set(again.coords) == {"y", "x"}
+                np.testing.assert_allclose(again["sliding_rate"], found["sliding_rate"], rtol=1e-6, atol=1e-9)
+            with pytest.raises(slipfit.OptionError, match="dt is given as 0.02 s beside the coordinate") as raised:
+                slipfit.fit_map(labelled, 2 * DT)
+            assert raised.value.option == "dt"
+    rows = xr.DataArray(first[:, 0], dims=("frame", "x"), coords={"time": ("frame", sampled), "x": place["x"]})
+    again = slipfit.fit_batch(rows, amplitude="a")
+    np.testing.assert_allclose(again["sliding_rate"], found["sliding_rate"].values[0], rtol=1e-6, atol=1e-9)
+    for coords in (place, {}):
+        untold = xr.DataArray(first, dims=("frame", "y", "x"), coords=coords)
+        for dt in (None, DT):
+            with pytest.raises(slipfit.OptionError, match="axis=… names the dimension of time") as raised:
+                slipfit.fit_map(untold, dt)
+            assert raised.value.option == "axis"
+        again = slipfit.fit_map(untold, DT, axis="frame")
+        np.testing.assert_allclose(again["sliding_rate"], found["sliding_rate"], rtol=1e-6, atol=1e-9)
+
+
 def test_stacks_bring_their_unit(stack):
     pint = pytest.importorskip("pint")
     found = slipfit.fit_map(pint.UnitRegistry().Quantity(stack, "nm"), DT)

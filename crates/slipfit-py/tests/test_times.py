@@ -126,3 +126,29 @@ def test_scalars_of_numpy_that_are_no_numbers_are_refused(swing, value):
         with pytest.raises(slipfit.OptionTypeError, match="a number is needed") as raised:
             slipfit.ringdown(signal=swing[1], **{"rate_hz": 50, option: value})
         assert raised.value.option == option
+def test_a_rate_beside_other_times_of_xarray_is_refused(swing):
+    """It was taken in their place, as one of pandas is not."""
+    xr = pytest.importorskip("xarray")
+    time, signal = swing
+    wanted = slipfit.ringdown(signal=signal, rate_hz=50)
+    sampled = 0.02 * np.arange(len(signal))
+    stamps = np.datetime64("2026-01-01", "ms") + (20 * np.arange(len(signal))).astype("timedelta64[ms]")
+    for coordinate in (sampled, sampled.astype("f4"), stamps.astype("datetime64[ns]"), ("time", 1e3 * sampled, {"units": "ms"})):
+        held = xr.DataArray(signal, dims="time", coords={"time": coordinate})
+        assert slipfit.ringdown(held, rate_hz=50) == wanted
+        for rate in (100, 49.9):
+            with pytest.raises(slipfit.OptionError, match="beside the coordinate 'time', whose step is 0.02 s") as raised:
+                slipfit.ringdown(held, rate_hz=rate)
+            assert (raised.value.option, raised.value.value) == ("rate_hz", rate)
+        assert slipfit.ringdown(held.drop_vars("time"), rate_hz=100).parameters.frequency_hz.value == pytest.approx(
+            2 * wanted.parameters.frequency_hz.value, rel=1e-9
+        )
+    counted = xr.DataArray(signal, dims="sample", coords={"sample": np.arange(len(signal))})
+    assert slipfit.ringdown(counted, rate_hz=50) == wanted
+    with pytest.raises(slipfit.OptionError, match="missing or out of order"):
+        slipfit.ringdown(counted[np.arange(len(signal)) != 7], rate_hz=50)
+    # A coordinate beside the dimension tells the times as well.
+    beside = xr.DataArray(signal, dims="frame", coords={"time": ("frame", time)})
+    assert slipfit.ringdown(beside) == slipfit.ringdown(time, signal)
+
+

@@ -288,7 +288,7 @@ def _record(
     if rate_hz is not None:
         # The rate stands in place of stamps.
         times = None
-        _input.check_every_row(time if signal is None else signal)
+        _input.check_every_row(time if signal is None else signal, rate_hz)
     elif times is None:
         if values is not None and np.ndim(_input.held("signal", values)) != 1:
             # A table, or anything else that is no signal: its shape says more.

@@ -239,9 +239,9 @@ def _labelled(table: Any, options: dict[str, Any]) -> Any:
     name = _input.time_dimension(table)
     if name is None:
         return table
-    if options["dt"] is None and options["time"] is None and name in table.coords:
-        otherwise = "give dt, or a table with a column of times"
-        options["dt"] = _input.even_step(name, table.coords[name], otherwise)
+    timed = _input.time_coordinate(table, name)
+    if timed is not None and options["time"] is None and not isinstance(options["dt"], str):
+        options["dt"] = _input.step_of(table.coords[timed], timed, options["dt"], "give a table with a column of times")
     return table.transpose(..., name)
 
 
@@ -484,8 +484,8 @@ def fit_batch(
         fixed-size lists of any real numbers. Null and NaN are left out and
         counted. An array of NumPy or xarray of shape (rows, samples) is taken as
         the column that `amplitude` or `signal` names (by pyarrow, without a copy);
-        of xarray a dimension called ``time`` or ``t``, or the one of dates, may
-        come first, and the unit is taken over. So is a list of traces, which may
+        of xarray a dimension called ``time`` or ``t``, or the one with a coordinate of
+        times, may come first, and the unit is taken over. So is a list of traces, which may
         differ in length; a dictionary has columns by name, traces as a list or as
         an array of shape (rows, samples). A column has the unit that its metadata state,
         as those of tables of answers do, or that of its name: ``x (nm)``, ``dt (ms)``.
@@ -500,7 +500,8 @@ def fit_batch(
         says if not given.
     dt : float, quantity, duration or str
         Interval of the samples [s], or the column of it, numbers or durations. Of an
-        array of xarray with a coordinate of even times it is theirs if not given.
+        array of xarray with a coordinate of even times it is theirs, beside which no
+        other is taken.
     time : str
         Column of lists of times [s], in place of `dt`; or of dates, which each row counts from its
         first, or of durations.

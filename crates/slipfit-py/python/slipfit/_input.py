@@ -237,14 +237,39 @@ def interval(name: str, value: Any) -> float | None:
 
 
 def time_dimension(array: Any) -> Any:
-    """The dimension of time of an array of xarray: that of its name, or the only one of dates or durations."""
-    for wanted in ("time", "t"):
-        found = [name for name in array.dims if _NAME.split(str(name).lower(), 1)[0] == wanted]
+    """The dimension of time of an array of xarray: that of its name, or the only one whose coordinate says so."""
+    for wanted in _TIME_NAMES:
+        found = [name for name in array.dims if _is_named(name, wanted)]
         if found:
             return found[0]
-    dated = [name for name in array.dims if name in array.coords and array.coords[name].dtype.kind in "mM"]
-    return dated[0] if len(dated) == 1 else None
+    timed = [name for name in array.dims if time_coordinate(array, name) is not None]
+    return timed[0] if len(timed) == 1 else None
 
+
+def time_coordinate(array: Any, dimension: Any) -> Any:
+    """The coordinate of time along a dimension of xarray: by its name, its dates or durations, or its unit; None where none is."""
+    along = [name for name, one in array.coords.items() if one.dims == (dimension,)]
+    along.sort(key=lambda name: name != dimension)
+
+    def of_time(name: Any) -> bool:
+        coordinate = array.coords[name]
+        unit = own_unit(coordinate)
+        return coordinate.dtype.kind in "mM" or bool(unit and coordinate.dtype.kind in "fiu" and _core.unit_factor(unit, "s"))
+
+    for wanted in _TIME_NAMES:
+        found = [name for name in along if _is_named(name, wanted)]
+        if found:
+            return found[0]
+    return next((name for name in along if of_time(name)), None)
+
+
+def _is_named(name: Any, wanted: str) -> bool:
+    """Whether this is a name, alone or before its unit."""
+    return _NAME.split(str(name).lower(), 1)[0] == wanted
+
+
+#: Names of times.
+_TIME_NAMES = ("time", "t")
 
 #: What stands between a name and its unit.
 _NAME = re.compile(r"\s*[(\[{/]")
@@ -258,10 +283,34 @@ def even_step(name: object, coordinate: Any, otherwise: str) -> float:
     digit = np.finfo(coordinate.dtype).eps if coordinate.dtype.kind == "f" else 0.0
     step = float(times[-1] - times[0]) / max(1, steps.size) if times.size else 0.0
     if steps.size and step <= 0:
-        raise refuse("dt", f"the coordinate {name!r} does not rise: sort by it, or give dt")
+        raise refuse("dt", f"the coordinate {name!r} does not rise: sort by it")
     if not steps.size or not np.abs(steps - step).max() <= 1e-6 * step + 2 * digit * np.abs(times).max():
         raise refuse("dt", f"the coordinate {name!r} is not even: {otherwise}")
     return step
+
+
+def step_of(coordinate: Any, name: object, dt: Any, otherwise: str) -> float:
+    """Interval of even times [s], beside which no other one is taken."""
+    if dt is None:
+        return even_step(name, coordinate, otherwise)
+    step = interval("dt", dt)
+    assert step is not None
+    if step > 0:
+        # Any other is refused with the options.
+        check_step("dt", step, name, coordinate)
+    return step
+
+
+def check_step(option: str, step: float, name: object, coordinate: Any) -> None:
+    """Refuses an interval [s] beside a coordinate of other times."""
+    times = seconds("time", coordinate)
+    away = np.abs(times - times[:1] - step * np.arange(times.size))
+    digit = np.finfo(coordinate.dtype).eps if coordinate.dtype.kind == "f" else 0.0
+    # A stamp may be rounded.
+    if not (away <= 0.01 * step + 2 * digit * np.abs(times)).all():
+        own = f", whose step is {(times[-1] - times[0]) / (times.size - 1):g} s" if times.size > 1 else ""
+        given = f"{option} is given as {step:g} s" if option == "dt" else f"{option} is given as {1 / step:g} Hz"
+        raise refuse(option, f"{given} beside the coordinate {name!r}{own}: leave {option} out, or drop_vars({name!r}) leaves the coordinate out")
 
 
 #: Seconds in the larger units of NumPy's durations, and the smaller units in a second.
@@ -321,9 +370,27 @@ def _counts_rows(index: Any) -> bool:
     return type(index).__name__ == "RangeIndex" or (index.dtype.kind in "iu" and index.name is None)
 
 
-def check_every_row(given: Any) -> None:
-    """Refuses a Series of pandas from which rows were taken, or with times of its own, where a rate counts rows."""
-    if type(given).__module__.split(".")[0] != "pandas" or not hasattr(given, "index"):
+def _counts(coordinate: Any) -> bool:
+    """Whether a coordinate of xarray counts samples, and says nothing of time."""
+    return coordinate.dtype.kind in "iu" and not unit_known(coordinate)
+
+
+def check_every_row(given: Any, rate_hz: Scalar) -> None:
+    """Refuses a labelled array from which rows were taken, or with times of its own, where a rate counts rows."""
+    if is_of_xarray(given):
+        (dimension,) = given.dims
+        name = time_coordinate(given, dimension)
+        rate = number("rate_hz", rate_hz)
+        if name is None and dimension in given.coords and _counts(given.coords[dimension]):
+            steps = np.diff(given.coords[dimension].to_numpy())
+            if steps.size and (steps != steps[0]).any():
+                raise refuse("signal", "samples of signal are missing or out of order, where rate_hz counts them: keep them as NaN")
+        elif name is not None or dimension in given.coords:
+            name = dimension if name is None else name
+            if rate > 0:
+                check_step("rate_hz", 1 / rate, name, given.coords[name])
+        return
+    if _package(given) != "pandas" or not hasattr(given, "index"):
         return
     if getattr(given.index, "nlevels", 1) == 1 and _counts_rows(given.index):
         steps = np.diff(given.index.to_numpy())
@@ -356,9 +423,12 @@ def _labelled(axis: str, option: str, given: Any) -> tuple[Vector | None, Any, s
             raise refuse(option, f"{option} has the dimensions {given.dims} where one is needed")
         convert = seconds if axis == "time" else hertz
         # A dimension without a coordinate is one of samples: xarray would hand out their numbers.
-        known = given.dims[0] in given.coords
-        return convert(axis, given.coords[given.dims[0]]) if known else None, given.to_numpy(), own_unit(given)
-    if type(given).__module__.split(".")[0] == "pandas" and hasattr(given, "index"):
+        (dimension,) = given.dims
+        timed = time_coordinate(given, dimension) if axis == "time" else None
+        along = dimension if timed is None else timed
+        known = along in given.coords
+        return convert(axis, given.coords[along]) if known else None, given.to_numpy(), own_unit(given)
+    if _package(given) == "pandas" and hasattr(given, "index"):
         if getattr(given, "ndim", 1) != 1:
             raise refuse(option, f"{option} is a DataFrame: one of its columns is needed")
         counted = _counts_rows(given.index) if axis == "time" else type(given.index).__name__ == "RangeIndex"

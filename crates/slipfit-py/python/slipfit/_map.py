@@ -103,13 +103,14 @@ def fit_map(
         path of a .npy file, an HDF5 file or a zarr store.
     dt : float, quantity or duration
         Interval of the samples [s]; of a DataArray with a coordinate of even
-        times it is theirs if not given.
+        times it is theirs, beside which no other is taken.
     data : str, optional
         The data set of a file or a store that has several of three axes, by its
         path.
     axis : int or str, optional
-        The axis of time, by number or, of a DataArray, by name; the last one,
-        or a dimension called ``time`` or ``t``, or the one of dates.
+        The axis of time, by number or, of a DataArray, by name; if not given a
+        dimension called ``time`` or ``t`` or the one with a coordinate of that name, of dates,
+        durations or a unit of time, or else the last one, unless it has another coordinate.
     frequency_hz, min_amplitude, method : optional
         As for :func:`fit_batch`.
     kind : str
@@ -171,6 +172,8 @@ def fit_map(
         raise _input.refuse("stack", f"stack has the dimensions {dims}: each needs a name of its own")
     if labelled and axis is None:
         named = _input.time_dimension(stack)
+        if named is None and (dims[2] in stack.coords or str(dims[2]).lower() in ("x", "y", "z")):
+            raise _input.refuse("axis", f"no coordinate of {dims} tells times: axis=… names the dimension of time")
         axis = None if named is None else dims.index(named)
     if isinstance(axis, str):
         if not labelled or axis not in dims:
@@ -186,8 +189,11 @@ def fit_map(
         dims = tuple(name for name in dims if name != time_dim)
         beside = stack.coords.to_dataset()
         coords = beside.drop_vars([name for name, one in beside.variables.items() if time_dim in one.dims]).coords
-        if dt is None and time_dim in stack.coords:
-            dt = _input.even_step(time_dim, stack.coords[time_dim], "slipfit.fit_batch takes times")
+        timed = _input.time_coordinate(stack, time_dim)
+        if timed is None and dt is None and time_dim in stack.coords:
+            timed = time_dim
+        if timed is not None:
+            dt = _input.step_of(stack.coords[timed], timed, dt, "slipfit.fit_batch takes times")
     if not isinstance(stack, _Stored):
         own = _input.own_unit(stack)
         unit = _input.named(stack, own, _input.unit_told("stack", own, unit))[0]
