@@ -618,6 +618,27 @@ def test_a_reversed_record_is_told_from_an_unsorted_one(swing, answer):
         assert slipfit.ringdown(time[mixed][order], signal[mixed][order], unit="rad") == answer
 
 
+def test_rows_of_pandas_stand_beside_the_same_rows(swing, sweep):
+    """A quadrature with other rows was taken by its place."""
+    pandas = pytest.importorskip("pandas")
+    time, signal = swing
+    x, y = pandas.Series(signal, index=time), pandas.Series(np.roll(signal, 10), index=time)
+    wanted = slipfit.ringdown(time, signal, quadrature=y.to_numpy())
+    assert slipfit.ringdown(x, quadrature=y) == slipfit.ringdown(x, quadrature=y.to_numpy()) == wanted
+    for other in (y[::-1], y.sample(frac=1, random_state=1), y.reset_index(drop=True)):
+        with pytest.raises(slipfit.OptionError, match=r"quadrature.reindex\(signal.index\) has its rows") as raised:
+            slipfit.ringdown(x, quadrature=other)
+        assert raised.value.option == "quadrature"
+    assert slipfit.ringdown(x, quadrature=y[::-1].reindex(x.index)) == wanted
+    frequency, response = sweep
+    curve = pandas.Series(np.abs(response), index=frequency)
+    for option in ("phase_rad", "std_error", "drive"):
+        beside = pandas.Series(np.ones(len(frequency)), index=frequency)
+        with pytest.raises(slipfit.OptionError, match="has another index than response") as raised:
+            slipfit.resonance(curve, **{option: beside[::-1]})
+        assert raised.value.option == option
+
+
 def test_amplitudes_without_a_bend_have_no_decay_rate():
     """The rate of the start came back as if it were measured, to seven digits."""
     time = 0.1 * np.arange(50)

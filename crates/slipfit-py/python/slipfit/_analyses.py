@@ -299,6 +299,7 @@ def _record(
         raise _input.refuse("time", "no times: give time or rate_hz")
     given_as = "time" if signal is None else "signal"
     told, of_numbers = _input.named(time if signal is None else signal, own_unit, _input.unit_told(given_as, own_unit, unit))
+    _input.check_same_rows("quadrature", quadrature, "signal", time if signal is None else signal)
     if quadrature is None and _input.held("signal", values).dtype.kind == "c":
         advice = "of a lock-in give signal=z.real, quadrature=z.imag"
         raise _input.refuse("signal", f"signal is complex where real numbers are needed: {advice}")
@@ -539,6 +540,8 @@ def _curve(
     told, of_numbers = _input.named(labelled, own, _input.unit_told("response", own, unit))
     if frequency is None or response is None:
         raise _input.refuse("response", "a curve needs frequencies and a response")
+    for name in ("phase_rad", "std_error", "drive"):
+        _input.check_same_rows(name, given[name], "response", labelled)
     parts = _parts("response", response)
     phases = None if phase_rad is None else _input.radians("phase_rad", phase_rad)
     errors = None if std_error is None else _input.alike("std_error", std_error, of_numbers)

@@ -375,6 +375,15 @@ def _counts(coordinate: Any) -> bool:
     return coordinate.dtype.kind in "iu" and not unit_known(coordinate)
 
 
+def check_same_rows(option: str, given: Any, beside: str, other: Any) -> None:
+    """Refuses a Series of pandas whose rows are others than those of the one it stands beside: they would be taken by place."""
+    both = [one for one in (given, other) if _package(one) == "pandas" and hasattr(one, "index")]
+    if len(both) == 2 and not both[0].index.equals(both[1].index):
+        raise refuse(
+            option, f"{option} has another index than {beside}: {option}.reindex({beside}.index) has its rows, {option}.to_numpy() no index"
+        )
+
+
 def check_every_row(given: Any, rate_hz: Scalar) -> None:
     """Refuses a labelled array from which rows were taken, or with times of its own, where a rate counts rows."""
     if is_of_xarray(given):
