@@ -152,3 +152,20 @@ def test_a_rate_beside_other_times_of_xarray_is_refused(swing):
     assert slipfit.ringdown(beside) == slipfit.ringdown(time, signal)
 
 
+@pytest.mark.parametrize("take", ["Series", "index", "array"])
+def test_dates_with_a_zone_are_times_of_every_fit(swing, take):
+    """An index of dates with a zone was no argument of the bare fits, its array none of any."""
+    pandas = pytest.importorskip("pandas")
+    time, signal = swing
+    index = pandas.DatetimeIndex(pandas.to_datetime("2026-03-29T00:59:50+00:00") + pandas.to_timedelta(time, unit="s")).tz_convert("Europe/Berlin")
+    times = {"Series": pandas.Series(index), "index": index, "array": index.array}[take]
+    hz = slipfit.ringdown(time, signal).parameters.frequency_hz.value
+    assert slipfit.ringdown(times, signal).parameters.frequency_hz.value == pytest.approx(hz, rel=1e-9)
+    start = {"initial_amplitude": 1, "offset_amplitude": 0, "decay_rate_per_s": 0.1}
+    amplitude = 1.4 * np.exp(-0.1 * time) - 0.01
+    found, wanted = (slipfit.fit_envelope(t, amplitude, **start) for t in (times, time))
+    assert found.best.decay_rate_per_s == pytest.approx(wanted.best.decay_rate_per_s, rel=1e-6)
+    found, wanted = (slipfit.fit_waveform(t, signal, initial_amplitude=0.4, frequency_hz=hz) for t in (times, time))
+    assert found.best.frequency_hz == pytest.approx(wanted.best.frequency_hz, rel=1e-9)
+
+

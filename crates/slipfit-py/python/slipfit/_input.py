@@ -203,9 +203,9 @@ def seconds(name: str, values: ArrayLike) -> Vector:
     """Times in seconds; dates are counted from the first, numbers taken in the unit that they or their name have."""
     given = values
     if getattr(getattr(values, "dtype", None), "tz", None) is not None:
-        # A column of pandas whose dates have a time zone.
+        # A column, an index or an array of pandas whose dates have a time zone.
         dates: Any = values
-        values = dates.dt.tz_convert(None)
+        values = getattr(dates, "dt", dates).tz_convert(None)
     array = held(name, values)
     if array.dtype.kind == "O" and array.ndim == 1:
         array = _moments(name, array)
