@@ -639,6 +639,18 @@ def test_rows_of_pandas_stand_beside_the_same_rows(swing, sweep):
         assert raised.value.option == option
 
 
+@pytest.mark.parametrize("several", [np.ones(81), np.ones(3), np.ones((2, 2)), [1.0, 2.0, 3.0]])
+def test_several_numbers_are_no_value_with_its_error(swing, sweep, several):
+    """They raised what Python says of values to unpack."""
+    for call, arguments, option in (
+        (slipfit.resonance, (sweep[0], np.abs(sweep[1])), "drive_amplitude"),
+        (slipfit.ringdown, swing, "stiffness"),
+    ):
+        with pytest.raises(slipfit.OptionTypeError, match="a number, or a number and its standard error") as raised:
+            call(*arguments, **{option: several})
+        assert raised.value.option == option and raised.value.value is several
+
+
 def test_amplitudes_without_a_bend_have_no_decay_rate():
     """The rate of the start came back as if it were measured, to seven digits."""
     time = 0.1 * np.arange(50)

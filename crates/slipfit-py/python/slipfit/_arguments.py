@@ -103,6 +103,8 @@ def _alternatives(annotation: Any) -> tuple[Any, ...]:
 
 def _is_number(value: Any) -> bool:
     # NumPy would make one of a text, and of a duration in whatever unit it counts.
+    if getattr(value, "ndim", 0):
+        return False
     return hasattr(type(value), "__float__") and getattr(getattr(value, "dtype", None), "kind", "f") in "biuf"
 
 

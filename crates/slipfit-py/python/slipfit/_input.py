@@ -573,6 +573,8 @@ def pair(name: str, value: Uncertain | None, samples: str | None = None) -> floa
         scale = factor(name, unit_of_one(given), samples)
         return scale * _float(name, given.value), scale * _float(name, given.std_error)
     if hasattr(type(given), "__len__") and getattr(given, "ndim", 1) != 0:
+        if len(given) != 2:
+            raise wrong_type(name, value, "a number, or a number and its standard error")
         first, error = given
         return number(name, first, samples), number(name, error, samples)
     return None if given is None else number(name, given, samples)
