@@ -639,6 +639,21 @@ def test_rows_of_pandas_stand_beside_the_same_rows(swing, sweep):
         assert raised.value.option == option
 
 
+def test_a_view_of_numbers_is_an_array(swing, answer):
+    """It was taken for the bytes of a file."""
+    time, signal = swing
+    assert slipfit.ringdown(memoryview(time), memoryview(signal), unit="rad") == answer
+    for code in "fd":
+        view = memoryview(signal.astype(code))
+        found = slipfit.ringdown(signal=view, rate_hz=50, unit="rad")
+        assert found.parameters.frequency_hz.value == pytest.approx(answer.parameters.frequency_hz.value, rel=1e-6)
+    with pytest.raises(slipfit.OptionError, match="signal is missing; if this is the signal, give rate_hz"):
+        slipfit.ringdown(memoryview(signal))
+    rows = b"".join(b"%.6f,%.9f\n" % row for row in zip(time, signal))
+    assert len(slipfit.read(memoryview(rows))) == len(time)
+    assert slipfit.ringdown(memoryview(rows)).sliding.detected
+
+
 @pytest.mark.parametrize("several", [np.ones(81), np.ones(3), np.ones((2, 2)), [1.0, 2.0, 3.0]])
 def test_several_numbers_are_no_value_with_its_error(swing, sweep, several):
     """They raised what Python says of values to unpack."""

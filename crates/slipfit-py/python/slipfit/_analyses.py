@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _core, _input
-from ._arguments import public, wrong_type
+from ._arguments import is_bytes, public, wrong_type
 from ._answers import LevelsAnswer, ResonanceAnswer, RingdownAnswer, SeriesAnswer, Table
 from ._errors import FolderError, OptionError, ReadError, SlipfitError
 from .typing import Band, Column, Kind, Motion, Path, Scalar, Uncertain
@@ -272,7 +272,7 @@ def _record(
         _nothing_besides(given, "a Record", "")
         return time
     _own_kind("time", time)
-    if _input.path_like(time) or isinstance(time, (bytes, bytearray, memoryview)):
+    if _input.path_like(time) or is_bytes(time):
         if signal is None and quadrature is None:
             return read(time, rate_hz=rate_hz, unit=unit, kind=kind)
         _nothing_besides(given, "a file", "; slipfit.read(file, signal=…) names its columns")
@@ -530,7 +530,7 @@ def _curve(
         return frequency
     _own_kind("frequency", frequency)
     paths = isinstance(frequency, (list, tuple)) and bool(frequency) and all(map(_input.path_like, frequency))
-    if paths or _input.path_like(frequency) or isinstance(frequency, (bytes, bytearray, memoryview)):
+    if paths or _input.path_like(frequency) or is_bytes(frequency):
         del given["unit"], given["kind"]
         _nothing_besides(given, "a file", "; slipfit.read_curve(file, amplitude=…) names its columns")
         return read_curve(frequency, unit=unit, kind=kind)
@@ -711,7 +711,7 @@ def _levels(
         _nothing_besides(given, "Levels", "")
         return drive
     _own_kind("drive", drive)
-    if _input.path_like(drive) or isinstance(drive, (bytes, bytearray, memoryview)):
+    if _input.path_like(drive) or is_bytes(drive):
         del given["unit"], given["drive_unit"]
         _nothing_besides(given, "a file", "; slipfit.read_levels(file, amplitude=…) names its columns")
         return read_levels(drive, unit=unit, drive_unit=drive_unit)

@@ -358,12 +358,18 @@ _COLUMNS = frozenset(
 _OF_READING = frozenset(("rate_hz", "unit", "kind"))
 
 
+def is_bytes(source: Any) -> bool:
+    """Whether these are the bytes of a file; a view of larger numbers is an array of them."""
+    if isinstance(source, memoryview):
+        return source.format in ("B", "b", "c")
+    return isinstance(source, (bytes, bytearray))
+
+
 def _is_read(source: Any) -> bool:
     """Whether this is a file or was read from one."""
     if isinstance(source, (list, tuple)):
         return bool(source) and _is_read(source[0])
-    file = isinstance(source, (str, bytes, bytearray, memoryview, os.PathLike))
-    return file or isinstance(source, _READINGS) and source.path != "arrays"
+    return isinstance(source, (str, os.PathLike)) or is_bytes(source) or isinstance(source, _READINGS) and source.path != "arrays"
 
 
 def _names(value: Any, column: str) -> bool:
