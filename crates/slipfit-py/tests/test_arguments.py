@@ -232,11 +232,11 @@ def test_errors_and_their_hints_name_arguments_of_the_call(name, arguments, opti
 
 
 def test_hints_about_files_name_what_reads_them():
-    with pytest.raises(slipfit.ReadError, match=r"hint: slipfit.read\(…, signal\) names another column"):
+    with pytest.raises(slipfit.ReadError, match=r"hint: slipfit.read\(…, signal=…\) names another column"):
         slipfit.ringdown(STILL)
     with pytest.raises(slipfit.NoAnswerError) as raised:
         slipfit.resonance(slipfit.read_curve(FLAT))
-    assert "slipfit.read_curve(…, amplitude)" in str(raised.value)
+    assert "slipfit.read_curve(…, amplitude=…)" in str(raised.value)
     with pytest.raises(slipfit.OptionError) as raised:
         slipfit.ringdown(TIME, np.ones(400))
     assert raised.value.hints == ()

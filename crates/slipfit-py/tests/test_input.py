@@ -76,7 +76,7 @@ def test_xarray_brings_its_unit(swing, answer):
     array = xarray.DataArray(signal, coords={"time": time}, dims="time", attrs={"units": "rad"})
     assert slipfit.ringdown(array) == answer
     assert slipfit.ringdown(array, unit="rad") == answer
-    with pytest.raises(slipfit.OptionError, match="unit='mm' beside time in 'rad': give numbers without"):
+    with pytest.raises(slipfit.OptionError, match="unit='mm' beside signal in 'rad': give numbers without"):
         slipfit.ringdown(array, unit="mm")
     with pytest.raises(slipfit.OptionError, match="one is needed"):
         slipfit.ringdown(xarray.DataArray(np.zeros((3, 4))))
@@ -664,6 +664,32 @@ def test_several_numbers_are_no_value_with_its_error(swing, sweep, several):
         with pytest.raises(slipfit.OptionTypeError, match="a number, or a number and its standard error") as raised:
             call(*arguments, **{option: several})
         assert raised.value.option == option and raised.value.value is several
+
+
+def test_messages_name_what_was_given(swing, tmp_path):
+    xr = pytest.importorskip("xarray")
+    time, signal = swing
+    held = xr.DataArray(signal, dims="time", coords={"time": time}, attrs={"units": "mm"})
+    with pytest.raises(slipfit.OptionError, match="unit='um' beside signal in 'mm'"):
+        slipfit.ringdown(held, unit="um")
+    with pytest.raises(slipfit.OptionError, match="kind='lock-in' without quadrature: signal=… and quadrature=…") as raised:
+        slipfit.ringdown(time, signal, kind="lock-in")
+    assert raised.value.option == "quadrature"
+    with pytest.raises(slipfit.OptionError, match="kind='velocity' beside quadrature") as raised:
+        slipfit.ringdown(time, signal, quadrature=signal, kind="velocity")
+    assert raised.value.option == "kind"
+    path = tmp_path / "swing.csv"
+    path.write_bytes(b"t (s),x (m)\n" + b"".join(b"%.6f,%.9f\n" % row for row in zip(time[::-1], signal[::-1])))
+    with path.open("rb") as file:
+        with pytest.raises(slipfit.OptionTypeError, match=r"give its bytes, time.read\(\)") as raised:
+            slipfit.ringdown(file)
+        assert raised.value.option == "time"
+        for call, option in ((slipfit.resonance, "frequency"), (slipfit.levels, "drive")):
+            with pytest.raises(slipfit.OptionTypeError, match=rf"give its bytes, {option}.read\(\)") as raised:
+                call(file)
+            assert raised.value.option == option
+    with pytest.raises(slipfit.ReadError, match=r"slipfit.read\(…, time=…\) names another column"):
+        slipfit.ringdown(path)
 
 
 def test_amplitudes_without_a_bend_have_no_decay_rate():

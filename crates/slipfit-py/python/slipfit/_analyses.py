@@ -276,6 +276,11 @@ def _record(
         if signal is None and quadrature is None:
             return read(time, rate_hz=rate_hz, unit=unit, kind=kind)
         _nothing_besides(given, "a file", "; slipfit.read(file, signal=…) names its columns")
+    if kind == "lock-in" and quadrature is None:
+        outputs = "signal=… and quadrature=… are the two outputs of a lock-in; kind='envelope' takes their amplitudes"
+        raise _input.refuse("quadrature", f"kind={kind!r} without quadrature: {outputs}")
+    if kind in get_args(Kind) and kind != "lock-in" and quadrature is not None:
+        raise _input.refuse("kind", f"kind={kind!r} beside quadrature, which only a lock-in has")
     if rate_hz is not None and time is not None and signal is not None:
         raise _input.refuse("rate_hz", "rate_hz is given beside time, which tells it already")
     shape = getattr(time, "shape", None)
@@ -297,8 +302,7 @@ def _record(
             missing = "signal is missing; if this is the signal, give rate_hz"
             raise _input.refuse("time", f"no times: give time or rate_hz; {missing}")
         raise _input.refuse("time", "no times: give time or rate_hz")
-    given_as = "time" if signal is None else "signal"
-    told, of_numbers = _input.named(time if signal is None else signal, own_unit, _input.unit_told(given_as, own_unit, unit))
+    told, of_numbers = _input.named(time if signal is None else signal, own_unit, _input.unit_told("signal", own_unit, unit))
     _input.check_same_rows("quadrature", quadrature, "signal", time if signal is None else signal)
     if quadrature is None and _input.held("signal", values).dtype.kind == "c":
         advice = "of a lock-in give signal=z.real, quadrature=z.imag"
@@ -342,10 +346,12 @@ def _as_option(error: ReadError, names: list[str]) -> OptionError:
 
 
 def _own_kind(option: str, given: object) -> None:
-    """Refuses what another analysis takes, and a table whose columns are needed."""
+    """Refuses what another analysis takes, a table whose columns are needed, and an open file."""
     for kind, analysis in ((_core.Record, "ringdown"), (_core.Curve, "resonance"), (_core.Levels, "levels")):
         if isinstance(given, kind):
             raise wrong_type(option, given, f"slipfit.{analysis} takes it")
+    if callable(getattr(given, "read", None)):
+        raise wrong_type(option, given, "a path, bytes or arrays are needed")
     if isinstance(given, Table):
         raise wrong_type(option, given, f"one of its columns is needed: {', '.join(given)}")
 

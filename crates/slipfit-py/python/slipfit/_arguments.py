@@ -339,7 +339,9 @@ class _Function:
         reader = _READERS.get(self.name)
         if reader is None or not _is_read(given.get(self.order[0])):
             return None
-        return replace(hint, option=None, text=f"slipfit.{reader}(…, {_before(hint)}) {hint.advice}")
+        before = _before(hint)
+        told = f"{before}=…" if before == hint.option else before
+        return replace(hint, option=None, text=f"slipfit.{reader}(…, {told}) {hint.advice}")
 
 
 _READINGS = (_core.Record, _core.Curve, _core.Levels)
