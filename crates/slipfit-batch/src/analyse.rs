@@ -43,7 +43,8 @@ fn analysed(input: &Input<'_>, row: usize, scratch: &mut Scratch, options: &Opti
     let answer = analyse(&record, &options).map_err(|error| error.to_string())?;
     options.check_reached(&answer).map_err(|error| error.to_string())?;
     let of = |parameter| answer.parameter(parameter).map_or(Estimate::NONE, Estimate::from);
-    let codes: Vec<&str> = answer.warnings.iter().map(Warning::code).collect();
+    let missing = beside.warnings().into_iter().filter_map(|(code, missing)| missing.then_some(code));
+    let codes: Vec<&str> = answer.warnings.iter().map(Warning::code).chain(missing).collect();
     Ok(Row {
         status: if codes.is_empty() { Status::Done } else { Status::Warned },
         reason: codes.join(" "),

@@ -37,6 +37,7 @@ fn block<T: Copy + Into<f64>>(
 ) {
     let samples = together.samples();
     let same = input.beside_all();
+    let mut lacking = Vec::with_capacity(range.len());
     // A row that is not fitted here has no trace, and one without an interval no frequency either.
     let mut traces: Vec<(&[T], f64)> = Vec::with_capacity(range.len());
     let mut frequency_hz = Vec::with_capacity(range.len());
@@ -47,6 +48,7 @@ fn block<T: Copy + Into<f64>>(
         let trace = interval.zip(place).map_or((&values[..0], f64::NAN), |(dt, place)| (&values[place], dt));
         traces.push(trace);
         frequency_hz.push(beside.and_then(|beside| beside.frequency_hz).unwrap_or(f64::NAN));
+        lacking.push(beside.is_some_and(|beside| beside.missing.contains(&true)));
     }
     let (fits, failed) = together.fit_apart(&traces);
     let friction_displacement = AmplitudeFit::friction_displacements(&fits, &frequency_hz);
@@ -63,7 +65,7 @@ fn block<T: Copy + Into<f64>>(
         }
         let (trace, interval) = traces[at];
         let floor = ends_in_noise(fit, interval * (samples - 1) as f64, trace.iter().map(|v| (*v).into()));
-        if warnings(fit, samples, floor).iter().any(|(_, warned)| *warned) {
+        if lacking[at] || warnings(fit, samples, floor).iter().any(|(_, warned)| *warned) {
             let beside = same.map_or_else(|| input.beside(number), Ok);
             let answered = beside.map(|beside| answer(fit, &beside, [samples; 2], floor));
             part.write(number, &answered.unwrap_or_else(Row::failed));
@@ -126,8 +128,8 @@ fn fitted(input: &Input<'_>, row: usize, scratch: &mut Scratch) -> Result<Row, S
 /// A fit as a row: of `used` samples of `all`.
 fn answer(fit: &AmplitudeFit, beside: &Beside, [used, all]: [usize; 2], floor: bool) -> Row {
     let p_value = fit.sliding_p_value(used);
-    let warned: Vec<&str> =
-        warnings(fit, used, floor).into_iter().filter_map(|(code, warned)| warned.then_some(code)).collect();
+    let all_warnings = warnings(fit, used, floor).into_iter().chain(beside.warnings());
+    let warned: Vec<&str> = all_warnings.filter_map(|(code, warned)| warned.then_some(code)).collect();
     Row {
         status: if warned.is_empty() { Status::Done } else { Status::Warned },
         reason: warned.join(" "),

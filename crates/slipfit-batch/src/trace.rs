@@ -44,6 +44,15 @@ pub(crate) struct Beside {
     pub(crate) interval_s: Option<f64>,
     pub(crate) frequency_hz: Option<f64>,
     pub(crate) min_amplitude: Option<f64>,
+    /// Which of these two the row has none of, though the options name a column of them.
+    pub(crate) missing: [bool; 2],
+}
+
+impl Beside {
+    /// Codes of warnings about numbers that are missing; the losses need neither.
+    pub(crate) fn warnings(&self) -> [(&'static str, bool); 2] {
+        [("no_frequency", self.missing[0]), ("no_min_amplitude", self.missing[1])]
+    }
 }
 
 impl<'a> Input<'a> {
@@ -81,7 +90,7 @@ impl<'a> Input<'a> {
         })
     }
 
-    /// The numbers of a row; a reason where one is missing or not above zero.
+    /// The numbers of a row; a reason where the interval is missing or one is not above zero.
     pub(crate) fn beside(&self, row: usize) -> Result<Beside, String> {
         let number = |name: &str, numbers: &Option<Numbers>| match numbers {
             None => Ok(None),
@@ -91,10 +100,17 @@ impl<'a> Input<'a> {
                 None => Err(format!("{name} is null")),
             },
         };
+        let is_missing = |numbers: &Option<Numbers>| {
+            let held = numbers.as_ref().map(|numbers| numbers.get(row));
+            held.is_some_and(|value| value.is_none_or(f64::is_nan))
+        };
+        let missing = [is_missing(&self.frequency_hz), is_missing(&self.min_amplitude)];
+        let unless = |missing: bool, name, numbers| if missing { Ok(None) } else { number(name, numbers) };
         Ok(Beside {
             interval_s: number("dt", &self.interval_s)?,
-            frequency_hz: number("frequency_hz", &self.frequency_hz)?,
-            min_amplitude: number("min_amplitude", &self.min_amplitude)?,
+            frequency_hz: unless(missing[0], "frequency_hz", &self.frequency_hz)?,
+            min_amplitude: unless(missing[1], "min_amplitude", &self.min_amplitude)?,
+            missing,
         })
     }
 
@@ -109,6 +125,7 @@ impl<'a> Input<'a> {
             interval_s: same(&self.interval_s)?,
             frequency_hz: same(&self.frequency_hz)?,
             min_amplitude: same(&self.min_amplitude)?,
+            missing: [false; 2],
         })
     }
 

@@ -520,6 +520,28 @@ fn columns_name_their_units() {
 }
 
 #[test]
+fn a_row_without_a_frequency_or_a_least_amplitude_has_its_losses() {
+    let trace = decay(0.2, 0.7, 200);
+    let table = RecordBatch::try_from_iter([
+        ("amplitude", lists::<Float64Type>(&vec![Some(trace); 3], |v| v)),
+        ("f", Arc::new(Float64Array::from(vec![Some(5.0), None, Some(f64::NAN)])) as ArrayRef),
+    ])
+    .unwrap();
+    for least in [false, true] {
+        let mut asked = options();
+        asked.frequency_hz = Some(Number::Column("f".into()));
+        asked.min_amplitude = least.then(|| Number::Column("f".into()));
+        let found = fit_batch(&table, &asked).unwrap();
+        for row in [1, 2] {
+            assert!((number(&found, "sliding_rate", row).unwrap() - 0.2).abs() < 1e-9);
+            assert_eq!(number(&found, "friction_displacement", row), None);
+            let codes = if least { "no_frequency no_min_amplitude" } else { "no_frequency" };
+            assert_eq!((text(&found, "status", row), text(&found, "reason", row)), ("warned", codes));
+        }
+    }
+}
+
+#[test]
 fn levels_are_amplitudes_and_columns_in_other_units_have_factors() {
     let trace = decay(0.2, 0.7, 300);
     let level = |v: &f64| 20.0 * v.log10();

@@ -237,3 +237,26 @@ def test_units_of_arrays_are_kept_wherever_they_are_given(tmp_path):
     stored = zarr.create_array(store={}, data=AMPLITUDE[np.newaxis, np.newaxis])
     stored.attrs["units"] = "nm"
     assert slipfit.fit_map(stored, DT)["sliding_rate"].attrs["units"] == "nm/s"
+
+
+@pytest.mark.parametrize("method", ["fit", "analyse"])
+@pytest.mark.parametrize("missing", [None, float("nan")])
+def test_a_row_without_a_frequency_or_a_least_amplitude_has_its_losses(method, missing):
+    """Neither is needed for them; the whole row had failed."""
+    traces = [AMPLITUDE + NOISE] * 4
+    table = {"a": traces, "f": pa.array([5.0, missing, 5.0, -1.0]), "m": pa.array([0.2, 0.2, missing, 0.2])}
+    options = {"method": method, **PLAIN}
+    whole = slipfit.fit_batch(traces[:1], frequency_hz=5.0, min_amplitude=0.2, **options)
+    found = slipfit.fit_batch(table, frequency_hz="f", min_amplitude="m", **options)
+    for name in ("decay_rate_per_s", "sliding_rate", "initial_amplitude", "samples"):
+        assert found[name][1] == pytest.approx(whole[name][0], rel=1e-6)
+        assert found[name][2] == pytest.approx(slipfit.fit_batch(traces[:1], frequency_hz=5.0, **options)[name][0], rel=1e-6)
+    assert np.isnan(found["friction_displacement"]).tolist() == [False, True, False, True]
+    assert found["status"].tolist()[1:] == ["warned", "warned", "failed"]
+    assert "no_frequency" in found["reason"][1].split() and "no_min_amplitude" not in found["reason"][1]
+    assert "no_min_amplitude" in found["reason"][2].split() and "no_frequency" not in found["reason"][2]
+    assert "no_" not in found["reason"][0] and "frequency_hz = -1" in found["reason"][3]
+    # The same of rows that are fitted side by side.
+    beside = slipfit.fit_batch(table, frequency_hz="f", **options)
+    assert "no_frequency" in beside["reason"][1].split() and beside["decay_rate_per_s"][1] == pytest.approx(beside["decay_rate_per_s"][0], rel=1e-6)
+    assert np.isnan(beside["friction_displacement"]).tolist() == [False, True, False, True]
