@@ -122,10 +122,26 @@ def test_a_table_alone_is_not_said_to_lack_times(swing):
 
 @pytest.mark.parametrize("value", [np.str_("50"), np.timedelta64(500, "ms"), np.datetime64(5, "s"), np.void(b"12345678")])
 def test_scalars_of_numpy_that_are_no_numbers_are_refused(swing, value):
-    for option in ("rate_hz", "start_s"):
-        with pytest.raises(slipfit.OptionTypeError, match="a number is needed") as raised:
+    for option, words in (("rate_hz", "a number is needed"), ("start_s", "a number of seconds or a duration is needed")):
+        if option == "start_s" and value.dtype.kind == "m":
+            continue
+        with pytest.raises(slipfit.OptionTypeError, match=words) as raised:
             slipfit.ringdown(signal=swing[1], **{"rate_hz": 50, option: value})
         assert raised.value.option == option
+
+
+def test_instants_may_be_durations(swing):
+    """As an interval may be one."""
+    time, signal = swing
+    wanted = slipfit.ringdown(time, signal, start_s=2, end_s=30)
+    assert slipfit.ringdown(time, signal, start_s=np.timedelta64(2, "s"), end_s=datetime.timedelta(seconds=30)) == wanted
+    options = {"signal": "x", "dt": 0.02, "method": "analyse"}
+    rows = slipfit.fit_batch([signal], start_s=2, end_s=30, **options)
+    assert slipfit.fit_batch([signal], start_s=np.timedelta64(2, "s"), end_s=datetime.timedelta(seconds=30), **options) == rows
+    with pytest.raises(slipfit.OptionError, match="months"):
+        slipfit.ringdown(time, signal, start_s=np.timedelta64(2, "M"))
+
+
 def test_a_rate_beside_other_times_of_xarray_is_refused(swing):
     """It was taken in their place, as one of pandas is not."""
     xr = pytest.importorskip("xarray")

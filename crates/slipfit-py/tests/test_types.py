@@ -27,7 +27,8 @@ def of(quantity: "pint.Quantity[float]", own: slipfit.Quantity) -> None:
         slipfit.levels([1.0], [1.0], q_factor=one, frequency_hz=one)
     interval: Interval = datetime.timedelta(seconds=1)
     row: PerRow = "column"
-    slipfit.fit_batch(None, amplitude="a", dt=interval, frequency_hz=row)
+    slipfit.fit_batch(None, amplitude="a", dt=interval, frequency_hz=row, start_s=interval)
+    slipfit.ringdown("a.csv", start_s=interval, end_s=interval)
 """
 
 

@@ -15,7 +15,10 @@ from . import _core, _input
 from ._arguments import is_bytes, public, wrong_type
 from ._answers import LevelsAnswer, ResonanceAnswer, RingdownAnswer, SeriesAnswer, Table
 from ._errors import FolderError, OptionError, ReadError, SlipfitError
-from .typing import Band, Column, Kind, Motion, Path, Scalar, Uncertain
+from .typing import Band, Column, Interval, Kind, Motion, Path, Scalar, Uncertain
+
+#: What an instant or an interval can be, in words.
+_INTERVAL = "a number of seconds or a duration is needed"
 
 _CHOICES = (
     "format", "sheet", "part", "run", "time", "time_unit", "rate_hz", "signal", "quadrature", "unit", "kind",
@@ -373,8 +376,8 @@ def ringdown(
     kind: Kind | None = None,
     model: str | None = None,
     band_hz: Band | None = None,
-    start_s: Scalar | None = None,
-    end_s: Scalar | None = None,
+    start_s: Annotated[Interval | None, _INTERVAL] = None,
+    end_s: Annotated[Interval | None, _INTERVAL] = None,
     min_amplitude: Scalar | None = None,
     law: str | None = None,
     frequency_hz: Scalar | None = None,
@@ -412,7 +415,7 @@ def ringdown(
         Report this loss model, such as ``viscous+sliding``, whichever the data prefer.
     band_hz : (low, high), optional
         Only oscillations between these frequencies [Hz].
-    start_s, end_s : float or quantity, optional
+    start_s, end_s : float, quantity or duration, optional
         First and last instant used [s].
     min_amplitude : float or quantity, optional
         Follow the decay down to this amplitude only, unit of the signal.
@@ -486,8 +489,8 @@ def _check_filter(record: _core.Record, choices: Mapping[str, Any]) -> None:
 
 
 def _ringdown_choices(
-    start_s: Scalar | None = None,
-    end_s: Scalar | None = None,
+    start_s: Annotated[Interval | None, _INTERVAL] = None,
+    end_s: Annotated[Interval | None, _INTERVAL] = None,
     min_amplitude: Scalar | None = None,
     band_hz: Band | None = None,
     model: str | None = None,
@@ -498,8 +501,8 @@ def _ringdown_choices(
 ) -> dict[str, Any]:
     number = _input.optional
     return {
-        "start_s": number("start_s", start_s),
-        "end_s": number("end_s", end_s),
+        "start_s": _input.interval("start_s", start_s),
+        "end_s": _input.interval("end_s", end_s),
         "min_amplitude": number("min_amplitude", min_amplitude),
         "band_hz": _input.band(band_hz),
         "model": model,

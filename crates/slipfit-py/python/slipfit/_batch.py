@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from . import _core, _input
 from ._arguments import public, shown, wrong_type
-from ._analyses import _ringdown_choices
+from ._analyses import _INTERVAL, _ringdown_choices
 from ._errors import OptionError, SlipfitError
 from .typing import Band, Interval, Motion, PerRow, Scalar
 
@@ -465,8 +465,8 @@ def fit_batch(
     keep: Sequence[str] = (),
     model: str | None = None,
     band_hz: Band | None = None,
-    start_s: Scalar | None = None,
-    end_s: Scalar | None = None,
+    start_s: Annotated[Interval | None, _INTERVAL] = None,
+    end_s: Annotated[Interval | None, _INTERVAL] = None,
     lockin_time_constant_s: Scalar | None = None,
     lockin_order: int | None = None,
 ) -> ArrowTable:
@@ -589,8 +589,8 @@ def fit_stream(
     keep: Sequence[str] = (),
     model: str | None = None,
     band_hz: Band | None = None,
-    start_s: Scalar | None = None,
-    end_s: Scalar | None = None,
+    start_s: Annotated[Interval | None, _INTERVAL] = None,
+    end_s: Annotated[Interval | None, _INTERVAL] = None,
     lockin_time_constant_s: Scalar | None = None,
     lockin_order: int | None = None,
 ) -> ArrowStream:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from . import _core, _input
 from ._arguments import public, shown, wrong_type
+from ._analyses import _INTERVAL
 from ._batch import answer_schema, fit_batch
 from .typing import Interval, Path, Scalar
 
@@ -78,7 +79,7 @@ class _Stored:
 @public
 def fit_map(
     stack: Any,
-    dt: Annotated[Interval | None, "a number of seconds or a duration is needed"] = None,
+    dt: Annotated[Interval | None, _INTERVAL] = None,
     *,
     data: str | None = None,
     axis: int | str | None = None,
