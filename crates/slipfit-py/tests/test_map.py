@@ -309,6 +309,24 @@ def test_a_coordinate_of_places_is_never_time(stack):
         np.testing.assert_allclose(again["sliding_rate"], found["sliding_rate"], rtol=1e-6, atol=1e-9)
 
 
+def test_a_map_takes_the_options_of_the_analysis():
+    """As a batch does."""
+    swing = slipfit.simulate.decay(
+        frequency_hz=3, q_factor=60, friction_displacement=0.01, amplitude=1, duration_s=12, rate_hz=100, noise_rms=1e-3
+    )
+    options = {"kind": "displacement", "method": "analyse", "dt": 0.01}
+    given = {"band_hz": (2, 4), "model": "viscous+sliding", "start_s": 1.0, "end_s": np.timedelta64(6, "s")}
+    found = slipfit.fit_map(swing.signal[np.newaxis, np.newaxis], **options, **given)
+    row = slipfit.fit_batch([swing.signal], signal="x", **options, **given)
+    assert found["model"].item() == "viscous+sliding" and found["start_s"].item() >= 1 and found["end_s"].item() <= 6
+    for name in row:
+        np.testing.assert_array_equal(found[name].values.reshape(-1), row[name])
+    for option, value in given.items():
+        with pytest.raises(slipfit.OptionError, match=f"{option} is an option of method='analyse'") as raised:
+            slipfit.fit_map(swing.signal[np.newaxis, np.newaxis], 0.01, **{option: value})
+        assert raised.value.option == option
+
+
 def test_stacks_bring_their_unit(stack):
     pint = pytest.importorskip("pint")
     found = slipfit.fit_map(pint.UnitRegistry().Quantity(stack, "nm"), DT)

@@ -18,7 +18,7 @@ from . import _core, _input
 from ._arguments import public, shown, wrong_type
 from ._analyses import _INTERVAL
 from ._batch import answer_schema, fit_batch
-from .typing import Interval, Path, Scalar
+from .typing import Band, Interval, Path, Scalar
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -88,6 +88,12 @@ def fit_map(
     kind: Literal["amplitude", "displacement", "velocity", "acceleration"] = "amplitude",
     method: Literal["fit", "analyse"] = "fit",
     unit: str | None = None,
+    model: str | None = None,
+    band_hz: Band | None = None,
+    start_s: Annotated[Interval | None, _INTERVAL] = None,
+    end_s: Annotated[Interval | None, _INTERVAL] = None,
+    lockin_time_constant_s: Scalar | None = None,
+    lockin_order: int | None = None,
     resume: Path | None = None,
     progress: Callable[[int, int], object] | None = None,
 ) -> xr.Dataset:
@@ -119,6 +125,8 @@ def fit_map(
         oscillation as displacement, velocity or acceleration.
     unit : str, optional
         Unit of the samples.
+    model, band_hz, start_s, end_s, lockin_time_constant_s, lockin_order : optional
+        Options of ``method="analyse"``, see :func:`ringdown`.
     resume : path, optional
         A folder for finished blocks. A map that was interrupted takes from
         there what has the same numbers and options, and computes the rest.
@@ -208,6 +216,14 @@ def fit_map(
         "min_amplitude": _input.optional("min_amplitude", _input.of_samples("min_amplitude", min_amplitude, _input.samples_in(unit)[0])),
         "method": method, "unit": unit, "kind": None if kind == "amplitude" else kind,
     }  # fmt: skip
+    analysis = {
+        "model": model, "band_hz": _input.band(band_hz),
+        "start_s": _input.interval("start_s", start_s), "end_s": _input.interval("end_s", end_s),
+        "lockin_time_constant_s": _input.optional("lockin_time_constant_s", lockin_time_constant_s),
+        "lockin_order": _input.whole("lockin_order", lockin_order),
+    }  # fmt: skip
+    # Blocks that were kept without such options stay those of the same numbers and options.
+    options.update({name: value for name, value in analysis.items() if value is not None})
     across = tuple(n for i, n in enumerate(shape) if i != axis)
     samples = shape[axis]
     # What is wrong with the options is said before a pixel is read.
