@@ -691,6 +691,16 @@ def test_lists_and_dictionaries_of_traces_are_tables():
         slipfit.fit_batch({"other": traces}, **options)
 
 
+def test_a_table_of_answers_is_gone_through_as_a_dictionary():
+    answers = slipfit.fit_batch(np.exp(-TIME) * np.ones((3, 1)), amplitude="a", dt=DT)
+    names, columns = zip(*answers.items())
+    assert list(names) == answers.keys()
+    for column, other in zip(columns, answers.values()):
+        np.testing.assert_array_equal(column, other)
+    assert answers.get("samples").tolist() == [len(TIME)] * 3
+    assert answers.get("none") is None and answers.get("none", 5) == 5
+
+
 def test_a_table_of_answers_has_the_shape_of_a_frame():
     answers = slipfit.fit_batch(np.ones((3, 50)), amplitude="a", dt=0.1)
     frame = answers.to_pandas()

@@ -104,6 +104,18 @@ class ArrowTable:
         """Names of the columns, as a dictionary has them: ``dict(answers)`` holds an array for each."""
         return self.column_names
 
+    def values(self) -> list[NDArray[Any]]:
+        """Columns as arrays, as a dictionary has them; one that is no array raises as ``answers[name]`` does."""
+        return [self[name] for name in self]
+
+    def items(self) -> list[tuple[str, NDArray[Any]]]:
+        """Names and columns, as a dictionary has them."""
+        return [(name, self[name]) for name in self]
+
+    def get(self, name: str, default: Any = None) -> Any:
+        """A column as an array, or the default where there is none of this name."""
+        return self[name] if name in self else default
+
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> NoReturn:
         # NumPy, and pandas by it, would make an array of the names.
         raise wrong_type("table", self, "a column is an array, answers[name]; to_pandas() has rows")
