@@ -185,3 +185,25 @@ def test_dates_with_a_zone_are_times_of_every_fit(swing, take):
     assert found.best.frequency_hz == pytest.approx(wanted.best.frequency_hz, rel=1e-9)
 
 
+def test_times_that_go_back_are_refused(swing):
+    """Of several runs in one array one was taken, and two samples in the wrong order were sorted, with a note that no one reads."""
+    xr, pandas = pytest.importorskip("xarray"), pytest.importorskip("pandas")
+    time, signal = swing
+    swapped = time.copy()
+    swapped[[700, 701]] = swapped[[701, 700]]
+    runs = np.concatenate([time[:900], time[: len(time) - 900]])
+    holed = swapped.copy()
+    holed[3] = np.nan
+    for times, index in ((swapped, 701), (runs, 900), (holed, 701)):
+        for given in ((times, signal), (pandas.Series(signal, index=times),), (xr.DataArray(signal, dims="t", coords={"t": times}),)):
+            with pytest.raises(slipfit.OptionError, match=f"goes backwards, .* at index {index}: sort") as raised:
+                slipfit.ringdown(*given)
+            error = raised.value
+            assert (error.option, error.index, error.code) == ("time", index, "time_backwards")
+            assert error.next < error.previous
+        with pytest.raises(slipfit.OptionError) as raised:
+            slipfit.fit_waveform(times[4:], signal[4:], initial_amplitude=0.4, frequency_hz=1.2)
+        assert raised.value.index == index - 4
+    twice = time.copy()
+    twice[700] = twice[699]
+    assert slipfit.ringdown(twice, signal).parameters.frequency_hz.value > 0

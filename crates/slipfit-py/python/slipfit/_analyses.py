@@ -317,6 +317,8 @@ def _record(
     }
     rate = _input.optional("rate_hz", rate_hz)
     record: _core.Record = _of_arrays(_core.record_of_arrays, columns, rate, told, kind)
+    if times is not None:
+        _input.check_order("time", times)
     return record
 
 

@@ -313,6 +313,20 @@ def check_step(option: str, step: float, name: object, coordinate: Any) -> None:
         raise refuse(option, f"{given} beside the coordinate {name!r}{own}: leave {option} out, or drop_vars({name!r}) leaves the coordinate out")
 
 
+def check_order(name: str, times: Vector) -> None:
+    """Refuses times that go back, of which a file's reader would make one run of several or sort them."""
+    known = np.flatnonzero(np.isfinite(times))
+    back = np.flatnonzero(np.diff(times[known]) < 0)
+    if back.size:
+        index = int(known[back[0] + 1])
+        previous, following = float(times[known[back[0]]]), float(times[index])
+        raise OptionError(
+            f"{name} goes backwards, {previous:g} s then {following:g} s, at index {index}: sort the samples by time, "
+            "or give one of several runs",
+            "time_backwards", details={"option": name, "index": index, "previous": previous, "next": following},
+        )  # fmt: skip
+
+
 #: Seconds in the larger units of NumPy's durations, and the smaller units in a second.
 _LONG = {"W": 604800, "D": 86400, "h": 3600, "m": 60, "s": 1}
 _SHORT = {"ms": 1e3, "us": 1e6, "ns": 1e9, "ps": 1e12, "fs": 1e15, "as": 1e18}
