@@ -19,7 +19,7 @@ let worker = null;
 /** The memory of a module never shrinks: one that held so much is ended before the next file. */
 const KEPT_BYTES = 50e6;
 let spent = false;
-/** Whether the larger module is needed, which reads Arrow, HDF5, Parquet and packed sound besides. */
+/** Whether the larger module is needed, which reads Arrow, HDF5, Parquet, workbooks and packed sound besides. */
 let formats = false;
 /** What the worker holds once it has done all it was told: a file, and what its answer was asked. */
 /** @type {{file: Loaded, reference: Bytes | null, asked: string} | null} */

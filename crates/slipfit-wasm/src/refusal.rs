@@ -43,8 +43,9 @@ impl Refusal {
 impl From<ReadError> for Refusal {
     fn from(error: ReadError) -> Self {
         let further = |format: &Format| {
-            use Format::{Aac, Arrow, Flac, Hdf5, Mp3, Mp4, Ogg, Parquet};
-            matches!(format, Arrow | Hdf5 | Parquet | Aac | Flac | Mp3 | Mp4 | Ogg)
+            use Format::{Aac, Arrow, Flac, Hdf5, Mp3, Mp4, Ods, Ogg, Parquet, Xls, Xlsx};
+            let sound = matches!(format, Aac | Flac | Mp3 | Mp4 | Ogg);
+            sound || matches!(format, Arrow | Hdf5 | Parquet | Ods | Xls | Xlsx)
         };
         let with_formats = !cfg!(feature = "formats")
             && matches!(&error.problem, ReadProblem::Unsupported(format) if further(format));
