@@ -6,7 +6,6 @@ use super::{
     content::Content,
     head::Head,
     role::{self, Role},
-    split::Fraction,
 };
 use crate::{
     error::{OptionProblem, ReadProblem},
@@ -29,6 +28,14 @@ impl Picked {
     pub(crate) fn taken(&self, head: &Head) -> ColumnTaken {
         ColumnTaken { column: head.info(self.index), unit: self.unit.clone(), why: self.why.clone() }
     }
+}
+
+/// A column of parts of a second.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Fraction {
+    pub(crate) index: usize,
+    /// So many make a second.
+    pub(crate) a_second: f64,
 }
 
 /// A table on its way to a choice.

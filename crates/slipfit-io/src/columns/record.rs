@@ -3,12 +3,11 @@
 use slipfit::SignalKind;
 
 use super::{
-    chooser::{Chooser, Picked, numbered},
+    chooser::{Chooser, Fraction, Picked, numbered},
     clock::Time,
     groups::{self, Group},
     head::Head,
     role::Role,
-    split::Fraction,
 };
 use crate::{
     error::{Needed, OptionProblem, ReadProblem},

@@ -1,21 +1,13 @@
 //! Times in two columns: whole seconds, and the part of a second that is added to them.
 
 use super::{
-    chooser::{Chooser, Picked},
+    chooser::{Chooser, Fraction, Picked},
     clock::Time,
     name,
     role::Role,
     units::{self, Measures, Seconds},
 };
 use crate::report::Note;
-
-/// A column of parts of a second.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Fraction {
-    pub(crate) index: usize,
-    /// So many make a second.
-    pub(crate) a_second: f64,
-}
 
 impl Fraction {
     fn unit(self) -> &'static str {

@@ -2,10 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::sheet::Cell;
-
-/// Row and column of a cell, from 0.
-pub(super) type Place = (u32, u32);
+use super::cell::{Cell, Place};
 
 /// Rows behind the first of a table of which most must hold a number too.
 const LOOK_AHEAD: u32 = 5;

@@ -4,6 +4,8 @@ pub(crate) mod arrays;
 #[cfg(feature = "excel")]
 mod aside;
 pub(crate) mod binary;
+#[cfg(feature = "excel")]
+mod cell;
 #[cfg(any(feature = "arrow", feature = "hdf5", feature = "parquet", feature = "sound"))]
 pub(crate) mod guard;
 #[cfg(any(feature = "hdf5", feature = "zarr"))]

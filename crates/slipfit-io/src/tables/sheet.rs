@@ -4,8 +4,10 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
+pub(crate) use super::cell::Cell;
 use super::{
-    aside::{self, Place},
+    aside,
+    cell::Place,
     table::{Held, HeldTables},
     text,
 };
@@ -13,27 +15,6 @@ use crate::{
     columns::{named, stated},
     report::Decimal,
 };
-
-/// A cell before its place in the text is known.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Cell {
-    Number(f64),
-    Text(String),
-}
-
-/// A day, in which spreadsheets count times.
-const DAY_S: f64 = 86400.0;
-/// Days beyond which a cell that shows a time is a date: no measurement lasts as long.
-const DATES: f64 = 15_000.0;
-
-impl Cell {
-    /// A cell that shows a time: a date, counted in days from a first one that is so many days before 1970, or the
-    /// seconds of a time of day or a duration.
-    pub(crate) fn time(days: f64, before_1970: f64) -> Self {
-        let stamp = if days > DATES { text::stamp(days - before_1970) } else { None };
-        stamp.map_or(Self::Number(days * DAY_S), Self::Text)
-    }
-}
 
 /// The cells of one sheet by row and column.
 #[derive(Debug, Default)]
