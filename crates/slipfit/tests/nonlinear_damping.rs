@@ -50,9 +50,13 @@ fn found_again(
     mut options: ringdown::Options,
 ) {
     options.model = Some(model(name));
+    let mut criteria = ringdown::Criteria::default();
+    if method == "envelope" {
+        criteria.waveform.most_samples = 0;
+    }
     let mut z = [Vec::new(), Vec::new(), Vec::new()];
     for seed in 1..=SEEDS {
-        let answer = ringdown::analyse(&record(&mut Noise::of(seed)), &options).unwrap();
+        let answer = ringdown::analyse_with(&record(&mut Noise::of(seed)), &options, &criteria).unwrap();
         assert_eq!((answer.model, answer.diagnostics.method), (model(name), method));
         let truths = [
             (CUBIC, a3),
@@ -94,14 +98,11 @@ fn the_amplitudes_of_a_ring_down_tell_it() {
     let o = Oscillator::kinematic(6.0, 0.01, 3e-4).unwrap();
     let time_s = times(8000, 0.025);
     let motion = released(&o, 0.12, &time_s);
-    // A band leaves the amplitudes of blocks.
-    let mut options = ringdown::Options::default();
-    options.band_hz = Some([0.5, 2.0]);
     let record = |n: &mut Noise| {
         let signal = motion.iter().map(|x| x + 4e-3 * n.next()).collect();
         Record::new(time_s.clone(), signal).unwrap().with_unit("rad")
     };
-    found_again(&o, 0.12, "viscous+sliding+cubic", "envelope", record, options);
+    found_again(&o, 0.12, "viscous+sliding+cubic", "envelope", record, ringdown::Options::default());
 }
 
 #[test]

@@ -458,7 +458,7 @@ fn amplitudes<'a>(
         let reason = "too strongly damped or too short a record";
         return Err(Error::NotARingDown { cycles, needed, reason });
     }
-    if samples.filtered != Filtered::Nothing {
+    if samples.filtered == Filtered::Motion {
         // A band leaves no noise inside a block to measure: what the law leaves is the noise.
         measured.noise_rms *= fit.excess.sqrt();
         fit.excess = 1.0;

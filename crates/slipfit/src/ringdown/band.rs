@@ -8,7 +8,6 @@ use super::two_modes::mode_beside;
 use super::window::EndReason;
 use crate::Parameter;
 use crate::signal::spectrum;
-use std::borrow::Cow;
 use std::f64::consts::TAU;
 use std::ops::Range;
 
@@ -54,12 +53,14 @@ fn motion_and_band<'a>(
     }
     let left = samples.signal.iter().zip(&motion).map(|(x, m)| x - m).collect();
     let left = without_modes_outside(&samples.time, left, answer, band_hz, criteria);
-    let mut kept = spectrum::band_pass(&samples.time, &left, band_hz);
-    kept.iter_mut().zip(&motion).for_each(|(x, m)| *x += m);
-    samples.signal = Cow::Owned(kept);
+    let noise = spectrum::band_pass(&samples.time, &left, band_hz);
+    samples.signal = noise.iter().zip(&motion).map(|(x, m)| x + m).collect();
     // The level of a rest is that of the motion: the filter takes what the samples say of it.
     samples.level_known = false;
-    samples.filtered = Filtered::Noise;
+    let mean_square = noise.iter().map(|x| x * x).sum::<f64>() / noise.len() as f64;
+    let half_rate_hz = 0.5 * noise.len() as f64 / samples.duration();
+    let rms = (mean_square * half_rate_hz / (band_hz[1] - band_hz[0])).sqrt();
+    samples.filtered = Filtered::Noise { rms };
     Some(samples)
 }
 

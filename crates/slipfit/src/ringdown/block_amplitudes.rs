@@ -1,7 +1,7 @@
 //! Amplitudes of consecutive blocks, with what noise makes of them.
 
 use super::criteria::BlockCriteria;
-use crate::signal::blocks::{self, Block};
+use crate::signal::blocks::Block;
 
 /// Amplitudes of consecutive blocks.
 #[derive(Debug, Clone)]
@@ -24,13 +24,12 @@ impl<'a> BlockAmplitudes<'a> {
         blocks: &'a [Block],
         omega: f64,
         converter_step: f64,
-        noise_inflation: f64,
+        noise_rms: f64,
         criteria: &BlockCriteria,
     ) -> Self {
         let top = blocks.iter().fold(0.0f64, |m, b| m.max(b.amplitude));
         let least = (criteria.floor_steps * converter_step).max(criteria.floor_of_top * top);
         let floor = |error: f64| (criteria.floor_errors * error).max(least);
-        let noise_rms = noise_inflation.sqrt() * blocks::noise_rms(blocks);
         Self::with_floor(blocks, omega, noise_rms, floor)
     }
 

@@ -107,7 +107,7 @@ fn along_decay(
     }
     let Followed { blocks: all, window, .. } = found;
     let decay = &all[window.first..window.end];
-    let noise_rms = |blocks: &[Block]| samples.noise_inflation.sqrt() * blocks::noise_rms(blocks);
+    let noise_rms = |blocks: &[Block]| samples.noise_rms(blocks);
     let Projected { points, law, follows_law } = project(samples, decay, noise_rms(&all), criteria)?;
     let noise_rms = noise_rms(&points);
     let time_variance_s2 = points.first().map_or(0.0, |b| b.span_s.powi(2) / 12.0);

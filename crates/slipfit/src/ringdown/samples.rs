@@ -8,6 +8,7 @@ use crate::error::BEYOND_NUMBERS;
 use crate::motion::decay::window::Observable;
 use crate::numeric::extremes;
 use crate::record::MIN_SAMPLES;
+use crate::signal::blocks::{self, Block};
 use crate::signal::spectrum;
 use crate::{Clock, Error, Record, SignalKind};
 use std::borrow::Cow;
@@ -41,13 +42,15 @@ pub(crate) struct Samples<'a> {
 }
 
 /// What of the samples lies within a band of frequencies alone.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Filtered {
     Nothing,
     /// All of them: the filter has smeared the ends of the motion, its turns and its stop.
     Motion,
-    /// What is beside the motion.
-    Noise,
+    /// What is beside the motion. White noise of this root mean square has the density of the noise in the band.
+    Noise {
+        rms: f64,
+    },
 }
 
 /// Stamps and samples of a rest that is not analysed.
@@ -196,6 +199,14 @@ impl<'a> Samples<'a> {
         self.time = Cow::Owned(kept(&self.time));
         self.signal = Cow::Owned(kept(&self.signal));
         self.quadrature = self.quadrature.as_deref().map(|q| Cow::Owned(kept(q)));
+    }
+
+    /// Noise of a sample, by what the blocks leave of themselves; within a band that leaves nothing inside a block.
+    pub(crate) fn noise_rms(&self, blocks: &[Block]) -> f64 {
+        match self.filtered {
+            Filtered::Noise { rms } => rms,
+            _ => self.noise_inflation.sqrt() * blocks::noise_rms(blocks),
+        }
     }
 
     pub(crate) fn len(&self) -> usize {

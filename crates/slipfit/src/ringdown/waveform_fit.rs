@@ -153,7 +153,7 @@ fn fit_with_rest<'a>(
     noise.variance_inflation = serial_inflation;
     // Where the noise about the frequency of the motion is known, the remainder is measured by that.
     let known = left.in_phase.excess * left.variance / measured.noise_rms.powi(2).max(f64::MIN_POSITIVE);
-    let is_known = samples.noise_inflation > 1.0 || samples.filtered == Filtered::Noise;
+    let is_known = samples.noise_inflation > 1.0 || matches!(samples.filtered, Filtered::Noise { .. });
     let excess = if is_known { known } else { left.in_phase.excess };
     // What the law misses moves the cycles too, but is no noise: another law may describe it.
     if excess < criteria.answer.misfit {
@@ -207,7 +207,7 @@ impl<'a> WindowSamples<'a, '_> {
         // In a record of a cycle or two an offset that drifts by chance would cost most of what is
         // known about the loss.
         let mut price = (self.range.len() as f64).ln() + criteria.inference.instrument_bic_margin;
-        if self.samples.filtered == Filtered::Noise {
+        if matches!(self.samples.filtered, Filtered::Noise { .. }) {
             // In variances of the residuals, which lack the noise outside of the band.
             price /= self.excess(&fit).clamp(f64::MIN_POSITIVE, 1.0);
         }

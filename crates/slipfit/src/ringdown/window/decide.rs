@@ -20,12 +20,12 @@ pub(crate) fn of_oscillation<'a>(
     criteria: &Criteria,
 ) -> Result<(DecayWindow, BlockAmplitudes<'a>), Error> {
     let step = samples.converter_step(criteria.blocks.distinct_values);
-    let amplitudes_of = |blocks| {
+    let amplitudes_of = |blocks: &'a [Block]| {
         BlockAmplitudes::of_oscillation(
             blocks,
             TAU * frequency_hz,
             step,
-            samples.noise_inflation,
+            samples.noise_rms(blocks),
             &criteria.blocks,
         )
     };
