@@ -244,8 +244,8 @@ def _labelled(table: Any, options: dict[str, Any]) -> Any:
     rows = isinstance(table, (list, tuple))
     own = _rows_unit(table) if rows else _input.own_unit(table)
     options["unit"] = _input.named(table, own, _input.unit_told("table", own, options["unit"] or None))[0] or ""
-    if rows and own:
-        return [row if row is None else _input.alike("table", row, own) for row in table]
+    if rows:
+        return [row if row is None else _input.alike("table", row, own) for row in table] if own else _input.numbers(table)
     if not _input.is_of_xarray(table) or getattr(table, "ndim", 0) != 2:
         return _input.numbers(table)
     name = _input.time_dimension(table)

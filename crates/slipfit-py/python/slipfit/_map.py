@@ -176,7 +176,7 @@ def fit_map(
         raise _input.refuse("stack", f"stack has the shape {shape}: (y, x, t) is needed, in any order{rows}")
     if 0 in shape:
         raise _input.refuse("stack", f"stack has the shape {shape}: it has no pixels or no samples")
-    dims = tuple(stack.dims) if labelled else ("y", "x")
+    dims: tuple[Any, ...] = tuple(stack.dims) if labelled else ("y", "x")
     if len(set(dims)) < len(dims):
         raise _input.refuse("stack", f"stack has the dimensions {dims}: each needs a name of its own")
     if labelled and axis is None:
