@@ -5,7 +5,7 @@ use super::criteria::{BandCriteria, Criteria};
 use super::samples::{Filtered, Samples};
 use super::second_mode::main_mode;
 use super::two_modes::mode_beside;
-use super::window::EndReason;
+use super::window::{EndReason, StartReason};
 use crate::Parameter;
 use crate::signal::spectrum;
 use std::f64::consts::TAU;
@@ -26,8 +26,13 @@ pub(super) fn beyond_filter<'a>(
 ) -> Answer {
     let mut answer = filtered;
     for _ in 0..criteria.band.rounds {
-        let found = motion_and_band(unfiltered, &answer, band_hz, criteria).and_then(&analyse);
-        let Some(found) = found else { break };
+        let Some((samples, driven_before)) = motion_and_band(unfiltered, &answer, band_hz, criteria) else {
+            break;
+        };
+        let Some(mut found) = analyse(samples) else { break };
+        if driven_before && found.segment.start_reason == StartReason::RecordStart {
+            found.segment.start_reason = StartReason::LeadIn;
+        }
         let settled = is_settled(&answer, &found, &criteria.band);
         answer = found;
         if settled {
@@ -37,31 +42,48 @@ pub(super) fn beyond_filter<'a>(
     answer
 }
 
-/// The motion of an answer, and what lies in the band of all that it leaves.
+/// The motion of an answer, and what lies in the band of all that it leaves; whether samples before the decay are driven,
+/// and kept from the filter.
 fn motion_and_band<'a>(
     unfiltered: &Samples<'a>,
     answer: &Answer,
     band_hz: [f64; 2],
     criteria: &Criteria,
-) -> Option<Samples<'a>> {
+) -> Option<(Samples<'a>, bool)> {
     let reach_s = criteria.band.reach / (band_hz[1] - band_hz[0]);
     let mut samples = unfiltered.part(described(unfiltered, answer, reach_s));
     let fit = answer.fit.going_on_to(samples.time[samples.len() - 1]);
-    let motion: Vec<f64> = samples.time.iter().map(|t| fit.motion_beyond(*t)).collect();
+    let mut motion: Vec<f64> = samples.time.iter().map(|t| fit.motion_beyond(*t)).collect();
     if !motion.iter().all(|x| x.is_finite()) {
         return None;
     }
-    let left = samples.signal.iter().zip(&motion).map(|(x, m)| x - m).collect();
-    let left = without_modes_outside(&samples.time, left, answer, band_hz, criteria);
-    let noise = spectrum::band_pass(&samples.time, &left, band_hz);
+    let band_of_left = |samples: &Samples, motion: &[f64]| {
+        let left = samples.signal.iter().zip(motion).map(|(x, m)| x - m).collect();
+        let left = without_modes_outside(&samples.time, left, answer, band_hz, criteria);
+        spectrum::band_pass(&samples.time, &left, band_hz)
+    };
+    let mut noise = band_of_left(&samples, &motion);
+    let first = samples.time.partition_point(|t| *t < answer.fit.range_s()[0]);
+    let (before, behind) = noise.split_at(first);
+    let driven_before = rms(before) > criteria.band.driven * rms(behind);
+    if driven_before {
+        // A blow or a drive: the filter would smear it over the decay.
+        samples = samples.part(first..samples.len());
+        motion.drain(..first);
+        noise = band_of_left(&samples, &motion);
+    }
     samples.signal = noise.iter().zip(&motion).map(|(x, m)| x + m).collect();
     // The level of a rest is that of the motion: the filter takes what the samples say of it.
     samples.level_known = false;
-    let mean_square = noise.iter().map(|x| x * x).sum::<f64>() / noise.len() as f64;
     let half_rate_hz = 0.5 * noise.len() as f64 / samples.duration();
-    let rms = (mean_square * half_rate_hz / (band_hz[1] - band_hz[0])).sqrt();
-    samples.filtered = Filtered::Noise { rms };
-    Some(samples)
+    let part_of_noise = (band_hz[1] - band_hz[0]) / half_rate_hz;
+    samples.filtered = Filtered::Noise { rms: rms(&noise) / part_of_noise.sqrt() };
+    Some((samples, driven_before))
+}
+
+/// Root mean square, zero of nothing.
+fn rms(values: &[f64]) -> f64 {
+    (values.iter().map(|x| x * x).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
 /// What the motion leaves without the strongest modes outside of the band: where the record cuts them off, they have a part
@@ -104,7 +126,7 @@ fn is_settled(before: &Answer, now: &Answer, criteria: &BandCriteria) -> bool {
 mod tests {
     use crate::motion::decay::FreeDecay;
     use crate::noise::{assert_held, jitter};
-    use crate::ringdown::{Options, analyse};
+    use crate::ringdown::{Options, StartReason, analyse};
     use crate::{Oscillator, Parameter, Record};
     use std::f64::consts::{PI, TAU};
 
@@ -138,6 +160,24 @@ mod tests {
                 assert!(least <= DELTA && DELTA <= most, "{band_hz:?}, {repeat}: {delta:?}");
             }
         }
+    }
+
+    /// A mass that an impulse hits, at 0.2 s, with noise of a thousandth: the motion before it is no decay.
+    #[test]
+    fn a_blow_before_the_decay_is_kept_from_the_filter() {
+        let struck = |repeat: usize| {
+            let of_decay = record(5e-4, [3.0, 0.0], repeat);
+            let noise = |i: usize| 5e-4 * jitter(i + 2000 * repeat, 7);
+            let blow = |i: usize| if (8..10).contains(&i) { 4.0 } else { 0.0 };
+            let before = (0..10).map(|i| blow(i) + noise(i));
+            let signal = before.chain(of_decay.signal().iter().copied()).collect();
+            Record::uniform(50.0, signal).expect("valid").with_unit("m")
+        };
+        let options = within([0.6, 2.4]);
+        assert_held(struck, &options, Parameter::FRICTION_DISPLACEMENT, 5e-4);
+        assert_held(struck, &options, Parameter::DECAY_RATE, DELTA);
+        let answer = analyse(&struck(0), &options).expect("fits");
+        assert_eq!(answer.segment.start_reason, StartReason::LeadIn);
     }
 
     #[test]

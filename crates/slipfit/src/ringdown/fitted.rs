@@ -174,9 +174,9 @@ impl FittedMotion {
         self.amplitude_extended(time_s - self.start_s).max(0.0)
     }
 
-    /// Value of the signal at an instant, signal unit; NaN outside the fitted
-    /// stretch. For an envelope record, the amplitude with the noise floor.
-    /// Where the record holds two modes, both.
+    /// Value of the signal at an instant, signal unit. Outside the fitted stretch
+    /// an oscillation goes on by its law; an envelope is NaN there, and inside
+    /// the amplitude with the noise floor. Where the record holds two modes, both.
     pub fn signal_at(&self, time_s: f64) -> f64 {
         let level = self.baseline.as_ref().map_or(0.0, |baseline| baseline.value(time_s));
         let first_mode = self.first_mode_at(time_s);

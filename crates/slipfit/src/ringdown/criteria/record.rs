@@ -44,6 +44,8 @@ criteria! {
     pub struct BandCriteria in "band" {
         /// Times `1/(high - low)` within which its filter smears the ends of a record.
         reach: f64 = 4.0, source "the response of the filter has fallen to a tenth", moves "coverage within a band";
+        /// What the motion leaves before the start of the decay, over what it leaves behind, that is no motion of the law.
+        driven: f64 = 3.0, source "three deviations of noise", moves "coverage within a band";
         /// Modes outside of it, at most, that are fitted and subtracted before the filter.
         modes: usize = 3, source "a neighbour to either side, and hum", moves "coverage within a band";
         /// Rounds, at most, in which what the motion leaves is filtered and the motion fitted again.
