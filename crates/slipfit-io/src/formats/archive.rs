@@ -99,10 +99,7 @@ fn packed_texts(archive: &mut Archive, names: &[&String]) -> Result<HeldTables, 
     let mut problems = Vec::new();
     for name in data {
         match member(archive, name).and_then(|bytes| text::hold(&bytes)) {
-            Ok((held, dialect)) => {
-                tables.absorb(held, name.rsplit('/').next().unwrap_or(name));
-                tables.dialect = tables.dialect.take().or(dialect);
-            }
+            Ok(held) => tables.absorb(held, name.rsplit('/').next().unwrap_or(name)),
             Err(problem) => problems.push(format!("{name} was not read: {problem}")),
         }
     }

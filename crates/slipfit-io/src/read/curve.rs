@@ -41,9 +41,8 @@ pub(crate) fn read_paths(paths: &[PathBuf], options: &ReadOptions) -> Result<Swe
 /// Reads the curve of one of the tables: the one asked for, or the first that holds one.
 pub(crate) fn read(origin: Origin<'_>, name: &str, options: &ReadOptions) -> Result<SweepReading, ReadError> {
     let from_source = |source: &mut dyn TableSource| {
-        let first_row = source.dialect().map(|d| d.first_data_row);
         let tables = gathered(source, usize::MAX)?;
-        from_tables(&tables, first_row, options)
+        from_tables(&tables, options)
     };
     let (mut reading, fingerprint) =
         opened(origin, options.format, None, from_source).map_err(|problem| ReadError::new(name, problem))?;
@@ -52,11 +51,7 @@ pub(crate) fn read(origin: Origin<'_>, name: &str, options: &ReadOptions) -> Res
 }
 
 /// The curve of the table asked for, or of the first that holds one.
-pub(super) fn from_tables(
-    tables: &[Held],
-    first_row: Option<u64>,
-    options: &ReadOptions,
-) -> Result<SweepReading, ReadProblem> {
+pub(super) fn from_tables(tables: &[Held], options: &ReadOptions) -> Result<SweepReading, ReadProblem> {
     let names: Vec<&str> = tables.iter().map(|t| t.head.name.as_str()).collect();
     let candidates: Vec<usize> = match &options.sheet {
         Some(wanted) => vec![pick::find(wanted, &names)?],
@@ -64,7 +59,7 @@ pub(super) fn from_tables(
     };
     let mut problem = None;
     for index in candidates {
-        match from_table(&tables[index], first_row, options) {
+        match from_table(&tables[index], options) {
             Ok(mut reading) => {
                 if tables.len() > 1 && options.sheet.is_none() {
                     let (count, name) = (tables.len(), names[index]);
@@ -79,12 +74,9 @@ pub(super) fn from_tables(
     Err(problem.unwrap_or(ReadProblem::Empty))
 }
 
-fn from_table(
-    table: &Held,
-    first_row: Option<u64>,
-    options: &ReadOptions,
-) -> Result<SweepReading, ReadProblem> {
-    let Held { head, columns, skipped, .. } = table;
+fn from_table(table: &Held, options: &ReadOptions) -> Result<SweepReading, ReadProblem> {
+    let Held { head, columns, skipped, dialect, .. } = table;
+    let first_row = dialect.as_ref().map(|d| d.first_data_row);
     let choice = curve::choose(head, columns, options)?;
     // Rows are lines of the file only where none of them was left out.
     let first_row = first_row.filter(|_| skipped.is_empty()).unwrap_or(1);
@@ -92,6 +84,7 @@ fn from_table(
     let mut notes = choice.notes.clone();
     notes.extend(built.notes);
     let report = ReadReport {
+        dialect: dialect.clone(),
         rows_read: built.rows_read,
         skipped: built.skipped,
         taken: choice.columns().into_iter().map(|(what, picked)| (what, picked.taken(head))).collect(),

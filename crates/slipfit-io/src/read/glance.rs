@@ -61,15 +61,14 @@ pub(crate) fn glance(
     let head = beginning(again()?).map_err(failed)?;
     let from_source = |source: &mut dyn TableSource| {
         let tables = gathered(source, most_rows)?;
-        if let Some(dialect) = source.dialect() {
+        if source.dialect(0).is_some() {
             // Text is read on from here as a record; a table seen whole is a curve or none.
             let whole = tables.iter().all(|table| !table.cut);
-            let first_row = Some(dialect.first_data_row);
-            let sweep = curve.filter(|_| whole).map(|o| curve::from_tables(&tables, first_row, o));
+            let sweep = curve.filter(|_| whole).map(|o| curve::from_tables(&tables, o));
             return Ok((tables, None, sweep, false));
         }
         let mut reading = record::from_source(source, name, record);
-        let mut sweep = curve.map(|options| curve::from_tables(&tables, None, options));
+        let mut sweep = curve.map(|options| curve::from_tables(&tables, options));
         let in_part = (0..tables.len()).any(|table| source.is_cut(table));
         if in_part {
             let text = format!("the first {MOST_CELLS} cells of a sheet were looked at");

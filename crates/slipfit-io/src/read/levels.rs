@@ -289,6 +289,7 @@ fn from_table(table: &Held, starts: &[usize], options: &ReadOptions) -> Result<L
         taken: choice.columns().into_iter().map(|(what, picked)| (what, picked.taken(head))).collect(),
         named: choice.named,
         notes: chooser.notes,
+        dialect: table.dialect.clone(),
         ..head.report()
     };
     Ok(LevelReading { levels, report })

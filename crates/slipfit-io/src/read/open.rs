@@ -42,7 +42,9 @@ impl Fingerprint {
     /// Puts it into the report of a file of that name.
     pub(super) fn write(self, report: &mut ReadReport, name: &str) {
         name.clone_into(&mut report.path);
-        (report.format, report.dialect) = (self.format, self.dialect);
+        report.format = self.format;
+        // That of the table read, where there are several.
+        report.dialect = report.dialect.take().or(self.dialect);
         (report.sha256, report.bytes) = (self.sha256, self.bytes);
     }
 }
@@ -140,7 +142,7 @@ pub(super) fn opened_in_part<T>(
     };
     let done = source.and_then(|(mut source, format)| {
         let done = then(&mut *source)?;
-        Ok((done, format, source.dialect()))
+        Ok((done, format, source.dialect(0)))
     });
     // The hash and the tables are read one after the other: both must see the same bytes.
     let is_stream = matches!(format, Format::Text | Format::Gzip);

@@ -118,7 +118,9 @@ pub(super) fn from_source(
 ) -> Result<Reading, ReadProblem> {
     let (table, choice) = choose_table(source, name, options)?;
     let samples = scan(source, table, &choice, options)?;
-    finish(source.heads()[table], choice, samples)
+    let mut reading = finish(source.heads()[table], choice, samples)?;
+    reading.report.dialect = source.dialect(table);
+    Ok(reading)
 }
 
 /// The table to read and its columns.
@@ -130,7 +132,7 @@ fn choose_table(
     let heads = source.heads();
     let names: Vec<&str> = heads.iter().map(|h| h.name.as_str()).collect();
     // A text has one table and no sheets.
-    let is_text = source.dialect().is_some() && names == [""];
+    let is_text = source.dialect(0).is_some() && names == [""];
     let only = match &options.sheet {
         Some(wanted) if !is_text => Some(pick::find(wanted, &names)?),
         _ => (names.len() == 1).then_some(0),

@@ -34,17 +34,21 @@ impl Sheet {
         self.cells.insert((row, column), cell);
     }
 
-    /// The table in it, or why there is none; cells beside it are values that it names.
-    fn table(&self) -> Result<Held, String> {
+    /// The tables in it, one below the other, or why there is none; cells beside them are values that they name.
+    fn tables(&self) -> Result<Vec<Held>, String> {
         let aside = aside::find(&self.cells);
         let text = self.text(&aside)?;
-        let (mut held, _) = text::hold(text.as_bytes()).map_err(|e| e.to_string())?;
+        let mut tables = text::hold(text.as_bytes()).map_err(|e| e.to_string())?;
         let (lines, note) = aside::lines(&self.cells, &aside);
         let stated_rate_hz = stated::rate_hz(lines.iter().map(String::as_str), &['\t'], Decimal::Point);
-        held.head.stated_rate_hz = held.head.stated_rate_hz.or(stated_rate_hz);
-        held.head.named_values.extend(named::values(lines.into_iter()));
-        held.head.notes.extend(note.map(Into::into));
-        Ok(Held { cut: self.cut, ..held })
+        let named_values = named::values(lines.into_iter());
+        for held in &mut tables {
+            held.head.stated_rate_hz = held.head.stated_rate_hz.or(stated_rate_hz);
+            held.head.named_values.extend_from_slice(&named_values);
+            held.head.notes.extend(note.clone().map(Into::into));
+            (held.cut, held.dialect) = (self.cut, None);
+        }
+        Ok(tables)
     }
 
     /// One line a row, tabs between cells but for those aside, or why not.
@@ -93,7 +97,7 @@ pub(crate) fn tables(sheets: &[Sheet]) -> Result<HeldTables, String> {
     let mut tables = HeldTables::default();
     let mut problems = Vec::new();
     for sheet in sheets {
-        match sheet.table() {
+        match sheet.tables() {
             Ok(held) => tables.absorb(held, &sheet.name),
             Err(problem) => problems.push(format!("sheet `{}`: {problem}", sheet.name)),
         }

@@ -126,6 +126,8 @@ pub(crate) enum Reason {
     NoValue(usize),
     Text(usize, String),
     NoNumber,
+    /// Names of other columns: another table begins.
+    OtherHeader,
 }
 
 impl Reason {
@@ -141,7 +143,7 @@ impl Reason {
         }
     }
 
-    fn text(&self) -> String {
+    pub(crate) fn text(&self) -> String {
         match self {
             Self::BlankLine => "blank line".to_owned(),
             Self::Remark => "remark".to_owned(),
@@ -149,6 +151,7 @@ impl Reason {
             Self::NoValue(column) => format!("no value in column {column}"),
             Self::Text(column, example) => format!("`{example}` in column {column} is not a number"),
             Self::NoNumber => "no number in any column".to_owned(),
+            Self::OtherHeader => "the header of another table and its rows".to_owned(),
         }
     }
 }
@@ -200,7 +203,7 @@ pub(crate) trait TableSource {
 
     /// How much a preview holds at the most.
     fn previewed(&self) -> String {
-        format!("{PREVIEW_ROWS} rows")
+        previewed()
     }
 
     /// Rows of a table, as far as they are known before they are read.
@@ -219,10 +222,15 @@ pub(crate) trait TableSource {
         false
     }
 
-    /// How it is written, if it is text.
-    fn dialect(&self) -> Option<Dialect> {
+    /// How a table is written, if it is text.
+    fn dialect(&self, _table: usize) -> Option<Dialect> {
         None
     }
+}
+
+/// How much a preview by rows holds at the most.
+pub(crate) fn previewed() -> String {
+    format!("{PREVIEW_ROWS} rows")
 }
 
 /// A table that is held as a whole.
@@ -234,6 +242,8 @@ pub(crate) struct Held {
     pub(crate) skipped: Vec<Skipped>,
     /// Whether rows were left unread because enough had been seen.
     pub(crate) cut: bool,
+    /// How it is written, if it is text.
+    pub(crate) dialect: Option<Dialect>,
 }
 
 impl Held {
@@ -244,7 +254,7 @@ impl Held {
 
 impl From<Held> for Table {
     fn from(held: Held) -> Self {
-        let Held { head, columns, skipped, cut } = held;
+        let Held { head, columns, skipped, cut, .. } = held;
         let column = |(name, values): (Name, _)| Column { header: name.header, unit: name.unit, values };
         Self {
             name: head.name,
@@ -263,7 +273,6 @@ impl From<Held> for Table {
 pub(crate) struct HeldTables {
     tables: Vec<Held>,
     pub(crate) must_choose: bool,
-    pub(crate) dialect: Option<Dialect>,
 }
 
 impl HeldTables {
@@ -271,7 +280,7 @@ impl HeldTables {
     pub(crate) fn push(&mut self, head: Head, mut columns: Vec<Vec<f64>>, skipped: Vec<Skipped>) {
         let rows = columns.iter().map(Vec::len).max().unwrap_or(0);
         columns.iter_mut().for_each(|c| c.resize(rows, f64::NAN));
-        self.tables.push(Held { head, columns, skipped, cut: false });
+        self.tables.push(Held { head, columns, skipped, cut: false, dialect: None });
     }
 
     /// Says something of every table.
@@ -285,10 +294,14 @@ impl HeldTables {
         self.tables.iter_mut().for_each(|t| t.head.named_values.extend_from_slice(named));
     }
 
-    /// Takes over a table under a name.
-    pub(crate) fn absorb(&mut self, mut table: Held, name: &str) {
-        name.clone_into(&mut table.head.name);
-        self.tables.push(table);
+    /// Takes over the tables of a text under a name, each of several with its own behind it.
+    pub(crate) fn absorb(&mut self, tables: Vec<Held>, name: &str) {
+        let alone = tables.len() == 1;
+        self.tables.extend(tables.into_iter().map(|mut table| {
+            let own = std::mem::take(&mut table.head.name);
+            table.head.name = if alone { name.to_owned() } else { format!("{name}/{own}") };
+            table
+        }));
     }
 
     /// Changes every time that is in seconds.
@@ -334,8 +347,8 @@ impl TableSource for HeldTables {
         self.tables[table].cut
     }
 
-    fn dialect(&self) -> Option<Dialect> {
-        self.dialect.clone()
+    fn dialect(&self, table: usize) -> Option<Dialect> {
+        self.tables.get(table)?.dialect.clone()
     }
 }
 
@@ -392,5 +405,6 @@ pub(crate) fn gather(
     })?;
     skipped.extend(left_out.skipped());
     cut |= source.is_cut(table);
-    Ok(Held { head, columns, skipped, cut })
+    let dialect = source.dialect(table);
+    Ok(Held { head, columns, skipped, cut, dialect })
 }

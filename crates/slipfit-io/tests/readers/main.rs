@@ -9,6 +9,7 @@ mod laboratory_curves;
 mod laboratory_records;
 mod random;
 mod sheets;
+mod stacked;
 mod sweeps;
 mod texts;
 mod writers;

@@ -53,13 +53,16 @@ pub(crate) fn tables(bytes: &[u8]) -> Result<HeldTables, ReadProblem> {
     for grid in &found.grids {
         let held = grid.text().and_then(|text| text::hold(text.as_bytes()).map_err(|e| e.to_string()));
         match held {
-            Ok((mut held, _)) => {
-                held.head.named_values.extend(found.named_from(&grid.place));
-                held.head.has_variables = matches!(root, Node::Object(_));
-                if grid.header().is_some() {
-                    held.skipped.iter_mut().for_each(|skipped| skipped.first_row -= 1);
+            Ok(mut several) => {
+                for held in &mut several {
+                    held.dialect = None;
+                    held.head.named_values.extend(found.named_from(&grid.place));
+                    held.head.has_variables = matches!(root, Node::Object(_));
+                    if grid.header().is_some() {
+                        held.skipped.iter_mut().for_each(|skipped| skipped.first_row -= 1);
+                    }
                 }
-                tables.absorb(held, &grid.name);
+                tables.absorb(several, &grid.name);
             }
             Err(problem) => problems.push(match &*grid.name {
                 "" => problem,

@@ -9,11 +9,12 @@ mod layout;
 mod number;
 mod rewrite;
 mod scan;
+mod sections;
 mod source;
 mod stamp;
 mod vendors;
 
-use std::{io::Read, sync::Arc};
+use std::{io::Read, ops::Range, sync::Arc};
 
 pub(crate) use self::layout::text as decoded;
 #[cfg(feature = "excel")]
@@ -22,9 +23,10 @@ use self::{
     layout::Layout,
     rewrite::Rewrite,
     scan::{Part, Plan},
+    sections::Section,
     source::Source,
 };
-use super::table::{Batch, Held, Sink, TableSource, gather};
+use super::table::{self, Batch, Held, Reason, Sink, TableSource, gather};
 use crate::{
     columns::head::Head,
     error::ReadProblem,
@@ -35,6 +37,8 @@ use crate::{
 const HEAD: usize = 256 << 10;
 /// Bytes from which columns are told apart where their names do not do it.
 const PREVIEW: usize = 8 << 20;
+/// Bytes of a text that may have several tables one below the other.
+const HELD: usize = LONGEST_LINE;
 /// Longest line of a table.
 const LONGEST_LINE: usize = 4 << 20;
 /// Bytes read while those before are turned into numbers.
@@ -42,25 +46,61 @@ const BLOCK: usize = 2 << 20;
 /// Lines from which the dialect is told.
 const HEAD_LINES: usize = 2000;
 
-/// A text that is read once, from front to back; its table is found in its first lines.
+/// A text that is read once, from front to back; its table is found in its first lines. Several tables one below the
+/// other are found in a text that the window holds whole.
 pub(crate) struct Text<R> {
     source: Source<R>,
     /// Its size in bytes, if it is known.
     size: Option<u64>,
     encoding: &'static str,
     newline: u8,
-    layout: Layout,
-    /// How its lines are written anew, where they are no rows of numbers alone.
-    rewrite: Option<Arc<Rewrite>>,
+    /// Bytes of the window from which the dialect was told.
+    looked_at: usize,
+    /// At least one; only the first of several may lack its place in the window.
+    tables: Vec<TextTable>,
     /// Every column, where the window that was looked at holds the whole text and each line of it is a row.
     previewed: Option<Vec<Vec<f64>>>,
 }
 
-/// The table of a text that is held as a whole.
-pub(crate) fn hold(bytes: &[u8]) -> Result<(Held, Option<Dialect>), ReadProblem> {
+/// A table of a text.
+struct TextTable {
+    layout: Layout,
+    /// How its lines are written anew, where they are no rows of numbers alone.
+    rewrite: Option<Arc<Rewrite>>,
+    /// Lines above it in the text.
+    lines_before: usize,
+    /// Where it stands in the window, among others.
+    place: Option<Range<usize>>,
+}
+
+impl TextTable {
+    /// The table of a text with these first lines.
+    fn find(lines: &[&[u8]]) -> Result<Self, ReadProblem> {
+        let plain = layout::find(lines);
+        let clear = plain.as_ref().is_some_and(|layout| dialect::is_clear(lines, layout.shape));
+        let rewrite = match plain.as_ref().filter(|_| clear) {
+            Some(layout) => Rewrite::of_table(lines, layout)?,
+            None => Rewrite::find(lines),
+        };
+        let rewritten = rewrite.and_then(|rewrite| Some((rewritten(lines, &rewrite)?, rewrite)));
+        let (mut layout, rewrite) = match rewritten {
+            Some((layout, rewrite)) => (layout, Some(Arc::new(rewrite))),
+            None => (plain.ok_or_else(|| no_table(lines))?, None),
+        };
+        layout.convention = vendors::apply(lines, &mut layout);
+        Ok(Self { layout, rewrite, lines_before: 0, place: None })
+    }
+
+    /// The line of its first row in the text, from 1.
+    fn first_row(&self) -> u64 {
+        (self.lines_before + self.layout.first_line) as u64 + 1
+    }
+}
+
+/// The tables of a text that is held as a whole.
+pub(crate) fn hold(bytes: &[u8]) -> Result<Vec<Held>, ReadProblem> {
     let mut text = Text::open(bytes, None)?;
-    let held = gather(&mut text, 0, usize::MAX)?;
-    Ok((held, text.dialect()))
+    (0..text.tables.len()).map(|table| gather(&mut text, table, usize::MAX)).collect()
 }
 
 impl<R: Read> Text<R> {
@@ -74,81 +114,129 @@ impl<R: Read> Text<R> {
         if head_lines.is_empty() && !source.ended() {
             return Err(ReadProblem::LineTooLong { row: 1, limit: HEAD });
         }
-        let plain = layout::find(&head_lines);
-        let clear = plain.as_ref().is_some_and(|layout| dialect::is_clear(&head_lines, layout.shape));
-        let rewrite = match plain.as_ref().filter(|_| clear) {
-            Some(layout) => Rewrite::of_table(&head_lines, layout)?,
-            None => Rewrite::find(&head_lines),
-        };
-        let rewritten = rewrite.and_then(|rewrite| Some((rewritten(&head_lines, &rewrite)?, rewrite)));
-        let (mut layout, rewrite) = match rewritten {
-            Some((layout, rewrite)) => (layout, Some(Arc::new(rewrite))),
-            None => (plain.ok_or_else(|| no_table(&head_lines))?, None),
-        };
-        layout.convention = vendors::apply(&head_lines, &mut layout);
-        if layout.convention == Some(igor::WRITER) {
-            source.fill(PREVIEW).map_err(ReadProblem::Io)?;
-            igor::add_scale(source.window(), &mut layout);
+        let mut table = TextTable::find(&head_lines)?;
+        let looked_at = source.window().len();
+        let is_igor = table.layout.convention == Some(igor::WRITER);
+        source.fill(if is_igor { PREVIEW } else { HELD }).map_err(ReadProblem::Io)?;
+        if is_igor {
+            igor::add_scale(source.window(), &mut table.layout);
         }
-        Ok(Self { source, size, encoding, newline, layout, rewrite, previewed: None })
+        let mut text =
+            Self { source, size, encoding, newline, looked_at, tables: vec![table], previewed: None };
+        if let Some(tables) = text.several() {
+            text.tables = tables;
+        }
+        Ok(text)
     }
 
-    fn plan(&self, wanted: &[usize]) -> Plan {
-        let mut plan = Plan::new(self.layout.shape, self.layout.quoted, self.newline, wanted);
-        plan.day = self.layout.day;
-        plan.rewrite.clone_from(&self.rewrite);
+    /// The tables one below the other, where a text that is held has several.
+    fn several(&self) -> Option<Vec<TextTable>> {
+        let first = self.tables.first()?;
+        let is_one = first.rewrite.is_some() || first.layout.convention == Some(igor::WRITER);
+        if is_one || !self.source.ended() {
+            return None;
+        }
+        let window = self.source.window();
+        let sections = sections::find(window, self.newline, &first.layout);
+        let table = |section: Section| {
+            let Section { name, lines_before, bytes } = section;
+            let mut table = TextTable::find(&lines(&window[bytes.clone()], self.newline, true)).ok()?;
+            table.layout.head.name = name;
+            Some(TextTable { lines_before, place: Some(bytes), ..table })
+        };
+        let tables: Option<Vec<TextTable>> = sections.into_iter().map(table).collect();
+        tables.filter(|tables| tables.len() > 1)
+    }
+
+    fn plan(&self, table: usize, wanted: &[usize]) -> Plan {
+        let TextTable { layout, rewrite, .. } = &self.tables[table];
+        let mut plan = Plan::new(layout.shape, layout.quoted, self.newline, wanted);
+        plan.day = layout.day;
+        plan.rewrite.clone_from(rewrite);
+        // Of a text that is longer than the window one table is read.
+        plan.names = (!self.source.ended()).then(|| layout.head.names.clone().into());
         plan
     }
 
-    /// The whole lines of the window, without its first so many.
-    fn rows(&self, without: usize) -> &[u8] {
-        let window = self.source.window();
-        let from = window.split_inclusive(|b| *b == self.newline).take(without).map(<[u8]>::len).sum();
-        &window[from..self.whole().max(from)]
+    /// The rows of a table that the window holds among others.
+    fn scan_held(&self, table: usize, wanted: &[usize], sink: Sink<'_>) {
+        let TextTable { layout, place, .. } = &self.tables[table];
+        let bytes = &self.source.window()[place.clone().unwrap_or_default()];
+        let above =
+            bytes.split_inclusive(|b| *b == self.newline).take(layout.first_line).map(<[u8]>::len).sum();
+        let mut line = self.tables[table].first_row();
+        let (parts, ()) = self.plan(table, wanted).read(&bytes[above..], || ());
+        let count = parts.len();
+        for (i, part) in parts.into_iter().enumerate() {
+            let columns: Vec<&[f64]> = part.columns.iter().map(Vec::as_slice).collect();
+            if !sink(Batch { columns: &columns, line: Some(line), odd: &part.odd, more: i + 1 < count }) {
+                return;
+            }
+            line += part.lines;
+        }
     }
 
-    /// Bytes of the whole lines in the window.
-    fn whole(&self) -> usize {
+    /// The whole lines of the first bytes of the window, without the first so many.
+    fn rows(&self, within: usize, without: usize) -> &[u8] {
         let window = self.source.window();
-        if self.source.ended() {
-            window.len()
-        } else {
-            memchr::memrchr(self.newline, window).map_or(0, |at| at + 1)
+        let from = window.split_inclusive(|b| *b == self.newline).take(without).map(<[u8]>::len).sum();
+        &window[from..self.whole(within).max(from)]
+    }
+
+    /// Bytes of the whole lines in the first bytes of the window.
+    fn whole(&self, within: usize) -> usize {
+        let window = self.source.window();
+        match window.get(..within) {
+            Some(first) if self.is_cut(within) => memchr::memrchr(self.newline, first).map_or(0, |at| at + 1),
+            _ => window.len(),
         }
+    }
+
+    /// Whether the text goes on behind so many bytes of the window.
+    fn is_cut(&self, within: usize) -> bool {
+        !self.source.ended() || within < self.source.window().len()
     }
 }
 
 impl<R: Read> TableSource for Text<R> {
     fn heads(&self) -> Vec<&Head> {
-        vec![&self.layout.head]
+        self.tables.iter().map(|table| &table.layout.head).collect()
     }
 
-    fn scan(&mut self, _: usize, wanted: &[usize], sink: Sink<'_>) -> Result<Vec<Skipped>, ReadProblem> {
+    fn scan(&mut self, table: usize, wanted: &[usize], sink: Sink<'_>) -> Result<Vec<Skipped>, ReadProblem> {
+        if self.tables[table].place.is_some() {
+            self.scan_held(table, wanted, sink);
+            return Ok(Vec::new());
+        }
         if let Some(columns) = self.previewed.take()
             && let Some(columns) = wanted.iter().map(|i| columns.get(*i).map(Vec::as_slice)).collect()
         {
-            let (columns, line): (Vec<&[f64]>, _) = (columns, self.layout.first_line as u64 + 1);
+            let (columns, line): (Vec<&[f64]>, _) = (columns, self.tables[table].first_row());
             sink(Batch { columns: &columns, line: Some(line), odd: &[], more: false });
             return Ok(Vec::new());
         }
-        let plan = self.plan(wanted);
-        let preamble = self.whole() - self.rows(self.layout.first_line).len();
+        let plan = self.plan(table, wanted);
+        let (window, first_line) = (self.source.window().len(), self.tables[table].layout.first_line);
+        let preamble = self.whole(window) - self.rows(window, first_line).len();
         self.source.consume(preamble);
-        let mut line = self.layout.first_line as u64 + 1;
+        let mut line = self.tables[table].first_row();
+        let mut other = OtherTable::default();
         let mut hand_on = |parts: Vec<Part>| {
             let count = parts.len();
-            parts.into_iter().enumerate().all(|(i, part)| {
+            parts.into_iter().enumerate().all(|(i, mut part)| {
+                let lines = part.lines;
+                other.take_from(&mut part, line);
                 let columns: Vec<&[f64]> = part.columns.iter().map(Vec::as_slice).collect();
                 let more = i + 1 < count;
                 let batch = Batch { columns: &columns, line: Some(line), odd: &part.odd, more };
-                line += part.lines;
+                line += lines;
                 sink(batch)
             })
         };
         let mut read = Vec::new();
         let mut spare = Vec::new();
         loop {
-            let (whole, ended) = (self.whole(), self.source.ended());
+            let (whole, ended) = (self.whole(self.source.window().len()), self.source.ended());
             if whole == 0 && self.source.window().len() > LONGEST_LINE {
                 hand_on(read);
                 return Err(ReadProblem::LineTooLong { row: line, limit: LONGEST_LINE });
@@ -171,25 +259,29 @@ impl<R: Read> TableSource for Text<R> {
             spare = taken.memory();
         }
         hand_on(read);
-        Ok(Vec::new())
+        Ok(other.skipped())
     }
 
     fn window(&mut self, attempt: usize) -> Result<Option<Held>, ReadProblem> {
+        let seen = attempt > 1 || attempt > 0 && !self.is_cut(self.looked_at);
+        let [TextTable { layout, place: None, .. }] = &self.tables[..] else { return Ok(None) };
+        if seen {
+            return Ok(None);
+        }
+        let (head, first_line) = (layout.head.clone(), layout.first_line);
         if attempt > 0 {
-            if attempt > 1 || self.source.ended() {
-                return Ok(None);
-            }
             self.source.fill(PREVIEW).map_err(ReadProblem::Io)?;
         }
-        let head = self.layout.head.clone();
-        let part = self.plan(&head.all()).part(self.rows(self.layout.first_line));
-        let clean = self.source.ended() && part.odd.is_empty();
+        let within = if attempt == 0 { self.looked_at } else { self.source.window().len() };
+        let part = self.plan(0, &head.all()).part(self.rows(within, first_line));
+        let cut = self.is_cut(within);
+        let clean = !cut && part.odd.is_empty();
         self.previewed = clean.then(|| part.columns.clone());
-        Ok(Some(Held { head, columns: part.columns, skipped: Vec::new(), cut: !self.source.ended() }))
+        Ok(Some(Held { head, columns: part.columns, skipped: Vec::new(), cut, dialect: None }))
     }
 
     fn previewed(&self) -> String {
-        format!("{} MB", PREVIEW >> 20)
+        if self.tables.len() > 1 { table::previewed() } else { format!("{} MB", PREVIEW >> 20) }
     }
 
     fn rows_expected(&self) -> usize {
@@ -204,15 +296,54 @@ impl<R: Read> TableSource for Text<R> {
         }
     }
 
-    fn dialect(&self) -> Option<Dialect> {
+    fn dialect(&self, table: usize) -> Option<Dialect> {
+        let table = &self.tables[table];
+        let layout = &table.layout;
         Some(Dialect {
-            delimiter: self.layout.shape.delimiter,
-            decimal: self.layout.shape.decimal,
+            delimiter: layout.shape.delimiter,
+            decimal: layout.shape.decimal,
             encoding: self.encoding,
-            convention: self.layout.convention,
-            header_row: self.layout.header_line.map(|line| line as u64 + 1),
-            first_data_row: self.layout.first_line as u64 + 1,
+            convention: layout.convention,
+            header_row: layout.header_line.map(|line| (table.lines_before + line) as u64 + 1),
+            first_data_row: table.first_row(),
         })
+    }
+}
+
+/// The rows below another header, which belong to another table and are counted.
+#[derive(Default)]
+struct OtherTable {
+    first_row: Option<u64>,
+    rows: u64,
+}
+
+impl OtherTable {
+    /// Takes them out of the rows that begin at a line.
+    fn take_from(&mut self, part: &mut Part, line: u64) {
+        let keep = match self.first_row {
+            Some(_) => {
+                part.odd.clear();
+                0
+            }
+            None => {
+                let Some(at) = part.odd.iter().position(|odd| odd.reason == Reason::OtherHeader) else {
+                    return;
+                };
+                let row = part.odd[at].row;
+                let no_rows = part.odd[..at].iter().filter(|odd| odd.reason.is_no_row()).count();
+                self.first_row = Some(line + (row + no_rows) as u64);
+                part.odd.truncate(at);
+                row
+            }
+        };
+        let rows = part.columns.first().map_or(0, Vec::len);
+        self.rows += (rows - keep) as u64;
+        part.columns.iter_mut().for_each(|column| column.truncate(keep));
+    }
+
+    fn skipped(self) -> Vec<Skipped> {
+        let of = |first_row| Skipped { reason: Reason::OtherHeader.text(), rows: self.rows, first_row };
+        self.first_row.map(of).into_iter().collect()
     }
 }
 

@@ -9,8 +9,10 @@ use super::{
     layout::text,
     number::{self, Cell},
     rewrite::Rewrite,
+    sections,
 };
 use crate::{
+    columns::name::Name,
     report::{Decimal, Delimiter},
     tables::table::{Odd, Reason},
 };
@@ -28,6 +30,8 @@ pub(super) struct Plan {
     pub(super) day: i64,
     /// How lines are written anew that are no rows of numbers alone.
     pub(super) rewrite: Option<Arc<Rewrite>>,
+    /// The columns, where another header among the rows would begin another table.
+    pub(super) names: Option<Arc<[Name]>>,
     /// Columns wanted in order, with their places in the answer.
     wanted: Vec<(usize, usize)>,
 }
@@ -79,6 +83,7 @@ impl Plan {
             newline,
             day: 0,
             rewrite: None,
+            names: None,
             wanted,
         }
     }
@@ -278,10 +283,22 @@ impl Plan {
                 };
             missing = missing.or(Some(reason));
         }
+        if matches!(missing, Some(Reason::Text(..))) && self.is_other_header(line) {
+            missing = Some(Reason::OtherHeader);
+        }
         if let Some(reason) = missing {
             part.note(reason);
         }
         part.push(values);
+    }
+
+    /// Whether a line among the rows begins another table.
+    fn is_other_header(&self, line: &[u8]) -> bool {
+        self.names.as_ref().is_some_and(|names| {
+            let shape =
+                Shape { delimiter: self.delimiter, decimal: self.decimal, width: names.len(), words: false };
+            sections::is_other_header(line, shape, names)
+        })
     }
 }
 
