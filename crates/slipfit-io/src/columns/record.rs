@@ -37,6 +37,8 @@ pub(crate) struct Choice {
     pub(crate) notes: Vec<Note>,
     /// Whether the numbers decided, so that more of them could decide better.
     pub(crate) by_content: bool,
+    /// Whether the signal is the only column beside the times and named like no motion: another table may hold one.
+    pub(crate) last_resort: bool,
 }
 
 /// Chooses columns from what the first rows hold, of a file of that name.
@@ -63,6 +65,7 @@ impl Chooser<'_> {
         let time = self.asked("time", &options.time)?;
         let time = self.time(time, signal)?;
         let mut candidates = self.candidates(time.column().map(|t| t.index));
+        let last_resort = candidates.is_empty() && signal.is_none();
         if candidates.is_empty() {
             candidates.extend(self.only_other(time.column().map(|t| t.index)));
         }
@@ -134,6 +137,7 @@ impl Chooser<'_> {
             rows_run: options.run.filter(|_| runs == 1),
             notes: self.notes,
             by_content: self.by_content,
+            last_resort,
         })
     }
 

@@ -64,7 +64,8 @@ pub(super) fn from_tables(tables: &[Held], options: &ReadOptions) -> Result<Swee
                 if tables.len() > 1 && options.sheet.is_none() {
                     let (count, name) = (tables.len(), names[index]);
                     let text = format!("of {count} tables `{name}` was read, the first that holds a curve");
-                    reading.report.notes.push(Note::new(text).hint("sheet", "reads another"));
+                    let others = format!("reads another: {}", pick::others(&names, index));
+                    reading.report.notes.push(Note::new(text).hint("sheet", others));
                 }
                 return Ok(reading);
             }

@@ -147,7 +147,7 @@ fn choose_table(
             Ok(choice) => fit.push((table, choice)),
             Err(problem) => first_problem = first_problem.or(Some(problem)),
         }
-        let settled = fit.last().is_some_and(|(_, choice)| choice.rows_run.is_none());
+        let settled = fit.last().is_some_and(|(_, choice)| choice.rows_run.is_none() && !choice.last_resort);
         if settled && !source.must_choose() {
             break;
         }
@@ -155,6 +155,9 @@ fn choose_table(
     // Runs in groups of columns go before runs that only the rows can tell.
     if fit.iter().any(|(_, choice)| choice.rows_run.is_none()) {
         fit.retain(|(_, choice)| choice.rows_run.is_none());
+    }
+    if fit.iter().any(|(_, choice)| !choice.last_resort) {
+        fit.retain(|(_, choice)| !choice.last_resort);
     }
     if !source.must_choose() {
         fit.truncate(1);
