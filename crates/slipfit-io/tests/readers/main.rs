@@ -5,6 +5,7 @@
 
 mod changing;
 mod formats;
+mod headers;
 mod laboratory_curves;
 mod laboratory_records;
 mod random;

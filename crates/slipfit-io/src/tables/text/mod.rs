@@ -7,12 +7,14 @@ mod igor;
 mod labelled;
 mod layout;
 mod number;
+mod part;
 mod rewrite;
 mod scan;
 mod sections;
 mod source;
 mod stamp;
 mod vendors;
+mod wrapped;
 
 use std::{io::Read, ops::Range, sync::Arc};
 
@@ -20,11 +22,8 @@ pub(crate) use self::layout::text as decoded;
 #[cfg(feature = "excel")]
 pub(crate) use self::stamp::written as stamp;
 use self::{
-    layout::Layout,
-    rewrite::Rewrite,
-    scan::{Part, Plan},
-    sections::Section,
-    source::Source,
+    layout::Layout, part::Part, rewrite::Rewrite, scan::Plan, sections::Section, source::Source,
+    wrapped::Wrapped,
 };
 use super::table::{self, Batch, Held, Reason, Sink, TableSource, gather};
 use crate::{
@@ -71,6 +70,8 @@ struct TextTable {
     lines_before: usize,
     /// Where it stands in the window, among others.
     place: Option<Range<usize>>,
+    /// How the values of one signal fill several columns.
+    wrapped: Option<Wrapped>,
 }
 
 impl TextTable {
@@ -88,7 +89,7 @@ impl TextTable {
             None => (plain.ok_or_else(|| no_table(lines))?, None),
         };
         layout.convention = vendors::apply(lines, &mut layout);
-        Ok(Self { layout, rewrite, lines_before: 0, place: None })
+        Ok(Self { layout, rewrite, lines_before: 0, place: None, wrapped: None })
     }
 
     /// The line of its first row in the text, from 1.
@@ -115,6 +116,11 @@ impl<R: Read> Text<R> {
             return Err(ReadProblem::LineTooLong { row: 1, limit: HEAD });
         }
         let mut table = TextTable::find(&head_lines)?;
+        let wrapped = Wrapped::find(&head_lines, &table.layout).filter(|_| table.rewrite.is_none());
+        let mut described = table.layout.clone();
+        if let Some(wrapped) = wrapped {
+            wrapped.describe(&head_lines, &mut described);
+        }
         let looked_at = source.window().len();
         let is_igor = table.layout.convention == Some(igor::WRITER);
         source.fill(if is_igor { PREVIEW } else { HELD }).map_err(ReadProblem::Io)?;
@@ -123,10 +129,19 @@ impl<R: Read> Text<R> {
         }
         let mut text =
             Self { source, size, encoding, newline, looked_at, tables: vec![table], previewed: None };
-        if let Some(tables) = text.several() {
+        if wrapped.is_some_and(|wrapped| text.is_wrapped(wrapped)) {
+            (text.tables[0].wrapped, text.tables[0].layout) = (wrapped, described);
+        } else if let Some(tables) = text.several() {
             text.tables = tables;
         }
         Ok(text)
+    }
+
+    /// Whether the text holds as many values as its header states; one that is longer than the window is believed.
+    fn is_wrapped(&self, wrapped: Wrapped) -> bool {
+        let window = self.source.window().len();
+        let all = || self.plan(0, &wrapped.all()).part(self.rows(window, self.tables[0].layout.first_line));
+        !self.source.ended() || wrapped.fits(all())
     }
 
     /// The tables one below the other, where a text that is held has several.
@@ -149,12 +164,16 @@ impl<R: Read> Text<R> {
     }
 
     fn plan(&self, table: usize, wanted: &[usize]) -> Plan {
-        let TextTable { layout, rewrite, .. } = &self.tables[table];
+        let TextTable { layout, rewrite, wrapped, .. } = &self.tables[table];
+        let all = wrapped.map(Wrapped::all);
+        let wanted = all.as_deref().unwrap_or(wanted);
         let mut plan = Plan::new(layout.shape, layout.quoted, self.newline, wanted);
+        plan.wrapped = *wrapped;
         plan.day = layout.day;
         plan.rewrite.clone_from(rewrite);
         // Of a text that is longer than the window one table is read.
-        plan.names = (!self.source.ended()).then(|| layout.head.names.clone().into());
+        let is_table = wrapped.is_none() && !self.source.ended();
+        plan.names = is_table.then(|| layout.head.names.clone().into());
         plan
     }
 
@@ -211,8 +230,10 @@ impl<R: Read> TableSource for Text<R> {
         if let Some(columns) = self.previewed.take()
             && let Some(columns) = wanted.iter().map(|i| columns.get(*i).map(Vec::as_slice)).collect()
         {
-            let (columns, line): (Vec<&[f64]>, _) = (columns, self.tables[table].first_row());
-            sink(Batch { columns: &columns, line: Some(line), odd: &[], more: false });
+            let table = &self.tables[table];
+            let (columns, line): (Vec<&[f64]>, _) =
+                (columns, table.wrapped.is_none().then(|| table.first_row()));
+            sink(Batch { columns: &columns, line, odd: &[], more: false });
             return Ok(Vec::new());
         }
         let plan = self.plan(table, wanted);
@@ -221,6 +242,7 @@ impl<R: Read> TableSource for Text<R> {
         self.source.consume(preamble);
         let mut line = self.tables[table].first_row();
         let mut other = OtherTable::default();
+        let is_wrapped = self.tables[table].wrapped.is_some();
         let mut hand_on = |parts: Vec<Part>| {
             let count = parts.len();
             parts.into_iter().enumerate().all(|(i, mut part)| {
@@ -228,7 +250,9 @@ impl<R: Read> TableSource for Text<R> {
                 other.take_from(&mut part, line);
                 let columns: Vec<&[f64]> = part.columns.iter().map(Vec::as_slice).collect();
                 let more = i + 1 < count;
-                let batch = Batch { columns: &columns, line: Some(line), odd: &part.odd, more };
+                // Where several values share a line, rows are values.
+                let of_line = (!is_wrapped).then_some(line);
+                let batch = Batch { columns: &columns, line: of_line, odd: &part.odd, more };
                 line += lines;
                 sink(batch)
             })

@@ -8,13 +8,15 @@ use super::{
     dialect::{self, Shape, separator},
     layout::text,
     number::{self, Cell},
+    part::Part,
     rewrite::Rewrite,
     sections,
+    wrapped::Wrapped,
 };
 use crate::{
     columns::name::Name,
     report::{Decimal, Delimiter},
-    tables::table::{Odd, Reason},
+    tables::table::Reason,
 };
 
 /// What to read from each row.
@@ -32,19 +34,10 @@ pub(super) struct Plan {
     pub(super) rewrite: Option<Arc<Rewrite>>,
     /// The columns, where another header among the rows would begin another table.
     pub(super) names: Option<Arc<[Name]>>,
+    /// How the values of one signal fill several columns.
+    pub(super) wrapped: Option<Wrapped>,
     /// Columns wanted in order, with their places in the answer.
     wanted: Vec<(usize, usize)>,
-}
-
-/// Rows as they come.
-#[derive(Debug, Default, PartialEq)]
-pub(super) struct Part {
-    /// The columns wanted, NaN where a row has no number.
-    pub(super) columns: Vec<Vec<f64>>,
-    /// Lines that are no rows and rows without a number.
-    pub(super) odd: Vec<Odd>,
-    /// Lines, rows or not.
-    pub(super) lines: u64,
 }
 
 /// Whole lines in parts of about that many bytes.
@@ -60,18 +53,6 @@ fn parts(mut bytes: &[u8], newline: u8, most: usize) -> impl Iterator<Item = &[u
     })
 }
 
-impl Part {
-    fn push(&mut self, values: &[f64]) {
-        self.columns.iter_mut().zip(values).for_each(|(column, value)| column.push(*value));
-        self.lines += 1;
-    }
-
-    fn note(&mut self, reason: Reason) {
-        let row = self.columns.first().map_or(0, Vec::len);
-        self.odd.push(Odd { row, reason });
-    }
-}
-
 impl Plan {
     pub(super) fn new(shape: Shape, quoted: bool, newline: u8, wanted: &[usize]) -> Self {
         let mut wanted: Vec<(usize, usize)> = wanted.iter().copied().zip(0..).collect();
@@ -84,6 +65,7 @@ impl Plan {
             day: 0,
             rewrite: None,
             names: None,
+            wrapped: None,
             wanted,
         }
     }
@@ -116,9 +98,13 @@ impl Plan {
 
     /// Reads whole lines, of which the last may lack its end.
     pub(super) fn part(&self, bytes: &[u8]) -> Part {
-        match &self.rewrite {
+        let part = match &self.rewrite {
             Some(rewrite) => self.plain_part(&rewrite.rows(bytes, self.newline)),
             None => self.plain_part(bytes),
+        };
+        match self.wrapped {
+            Some(wrapped) => wrapped.joined(part),
+            None => part,
         }
     }
 
@@ -324,6 +310,7 @@ fn skip_blanks(mut bytes: &[u8]) -> &[u8] {
 #[cfg(all(test, feature = "threads"))]
 mod tests {
     use super::*;
+    use crate::tables::table::Odd;
     use proptest::prelude::*;
 
     fn line() -> impl Strategy<Value = String> {

@@ -1,0 +1,110 @@
+//! Headers of units alone, of three rows, of values that are wrapped, and of columns that are no signal.
+
+use slipfit::SignalKind;
+use slipfit_io::{ReadOptions, Reading, SweepReading, TimeSource, read_from, read_sweep_from};
+
+const ROWS: usize = 240;
+
+/// A decaying oscillation: time (s) and place.
+fn swing(k: usize) -> (f64, f64) {
+    let t = k as f64 * 0.02;
+    (t, (1e5 * (-0.1 * t).exp() * (9.0 * t).cos()).round() / 1e3)
+}
+
+fn rows(of: impl Fn(usize) -> String) -> String {
+    (0..ROWS).map(|k| of(k) + "\n").collect()
+}
+
+fn read(text: &str) -> Reading {
+    read_from(text.as_bytes(), "swing.csv", &ReadOptions::default()).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn notes(reading: &Reading) -> String {
+    reading.report.notes.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
+}
+
+/// Compares every number of a record of the swing over 4.78 s.
+fn assert_is_swing(reading: &Reading) {
+    let record = &reading.record;
+    assert_eq!(record.len(), ROWS);
+    for k in 0..ROWS {
+        assert!((record.signal()[k] - swing(k).1).abs() < 1e-9, "row {k}");
+        assert!((record.time_s(k) - record.time_s(0) - swing(k).0).abs() < 1e-9, "row {k}");
+    }
+}
+
+/// The values of the swing, so many a line.
+fn wrapped(width: usize) -> String {
+    let values: Vec<String> = (0..ROWS - 1).map(|k| format!("{:12.3}", swing(k).1)).collect();
+    values.chunks(width).map(|line| line.concat() + "\n").collect()
+}
+
+#[test]
+fn values_wrapped_over_several_columns_are_one_signal() {
+    let n = ROWS - 1;
+    for (width, header, unit, kind) in [
+        (
+            5,
+            format!(
+                "PEER NGA STRONG MOTION\nRoof, 090\nACCELERATION TIME SERIES IN UNITS OF G\nNPTS=   {n}, DT=   .0200 SEC,"
+            ),
+            "G",
+            SignalKind::Acceleration,
+        ),
+        (
+            6,
+            format!(
+                "TIMESERIES AM_R1_00_ENN_D, {n} samples, 50 sps, 2024-03-12T10:22:33.0, SLIST, INTEGER, Counts"
+            ),
+            "Counts",
+            SignalKind::Displacement,
+        ),
+        (
+            6,
+            format!(
+                "TIMESERIES AM_R1_00_ENN_D, {n} samples, 50 sps, 2024-03-12T10:22:33.0, SLIST, INTEGER, Counts"
+            ),
+            "Counts",
+            SignalKind::Displacement,
+        ),
+        (
+            8,
+            format!(
+                "Roof Chan 3, {n} points of accel data equally spaced at .020 sec, in cm/sec2.  (8f12.3)"
+            ),
+            "cm/sec2",
+            SignalKind::Acceleration,
+        ),
+        (5, format!("# NPTS = {n}\n# dt = 0.02"), "", SignalKind::Displacement),
+    ] {
+        let mut lines = wrapped(width);
+        if header.starts_with("TIMESERIES") {
+            // With tabs, the last of them at the end of the line.
+            let tabs = |line: &str| {
+                line.split_whitespace().map(|cell| format!("{cell}\t")).collect::<String>() + "\n"
+            };
+            lines = lines.lines().map(tabs).collect();
+        }
+        let reading = read(&format!("{header}\n{lines}"));
+        let record = &reading.record;
+        assert_eq!((record.len(), record.unit(), record.kind()), (n, unit, kind), "{header}");
+        assert!(matches!(reading.report.time, Some(TimeSource::Rate(rate)) if (rate - 50.0).abs() < 1e-9));
+        for k in 0..n {
+            assert!((record.signal()[k] - swing(k).1).abs() < 1e-9, "{header}: value {k}");
+        }
+        let said = format!("{n} values, as the header states, stand in");
+        assert!(notes(&reading).contains(&said), "{}", notes(&reading));
+    }
+    // As many rows as the header states are rows.
+    let text =
+        format!("# NPTS = {ROWS}\n# dt = 0.02\n{}", rows(|k| format!("{} {}", swing(k).1, 0.1 * swing(k).1)));
+    assert_eq!(read(&text).record.len(), ROWS);
+}
+
+#[test]
+fn a_wrapped_value_that_is_missing_is_counted() {
+    let text = wrapped(5).replacen(&format!("{:12.3}", swing(12).1), &format!("{:>12}", "n/a"), 1);
+    let reading = read(&format!("NPTS= {}, DT= .02 SEC\n{text}", ROWS - 1));
+    assert_eq!(reading.report.rows_read, ROWS as u64 - 2);
+    assert_eq!(reading.report.skipped.iter().map(|s| (s.first_row, s.rows)).collect::<Vec<_>>(), [(13, 1)]);
+}
