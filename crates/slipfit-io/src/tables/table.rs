@@ -121,6 +121,8 @@ pub(crate) struct Odd {
 pub(crate) enum Reason {
     BlankLine,
     Remark,
+    /// A line of the header of a block among the rows.
+    BlockHeader,
     /// Number of the column, from 1.
     TooFewCells(usize),
     NoValue(usize),
@@ -133,7 +135,7 @@ pub(crate) enum Reason {
 impl Reason {
     /// Whether it is a line that holds no row.
     pub(crate) fn is_no_row(&self) -> bool {
-        matches!(self, Self::BlankLine | Self::Remark)
+        matches!(self, Self::BlankLine | Self::Remark | Self::BlockHeader)
     }
 
     fn is_same(&self, other: &Self) -> bool {
@@ -147,6 +149,7 @@ impl Reason {
         match self {
             Self::BlankLine => "blank line".to_owned(),
             Self::Remark => "remark".to_owned(),
+            Self::BlockHeader => "line of a block's header".to_owned(),
             Self::TooFewCells(column) => format!("row ends before column {column}"),
             Self::NoValue(column) => format!("no value in column {column}"),
             Self::Text(column, example) => format!("`{example}` in column {column} is not a number"),

@@ -108,3 +108,29 @@ fn a_wrapped_value_that_is_missing_is_counted() {
     assert_eq!(reading.report.rows_read, ROWS as u64 - 2);
     assert_eq!(reading.report.skipped.iter().map(|s| (s.first_row, s.rows)).collect::<Vec<_>>(), [(13, 1)]);
 }
+
+#[test]
+fn headers_of_blocks_are_no_samples() {
+    let block = |from: usize| {
+        let rows: String = (from..from + ROWS / 2).map(|k| format!("\t{:.6}\n", swing(k).1)).collect();
+        format!(
+            "Channels\t1\t\nSamples\t{}\t\nDate\t2024/03/12\t\nX0\t{}\t\nDelta_X\t0.020000\t\n***End_of_Header***\t\t\n\
+             X_Value\tVoltage_0\tComment\n{rows}\t\t\n",
+            ROWS / 2,
+            from as f64 * 0.02
+        )
+    };
+    let text = format!(
+        "LabVIEW Measurement\t\nSeparator\tTab\nMulti_Headings\tYes\nX_Columns\tNo\n***End_of_Header***\t\n\t\n{}{}",
+        block(0),
+        block(ROWS / 2)
+    );
+    let reading = read(&text);
+    let record = &reading.record;
+    let at = |k: usize| (record.time_s(k) - record.time_s(0), record.signal()[k]);
+    let last = record.len() - 1;
+    assert_eq!(reading.report.rows_read, ROWS as u64, "{:?}", reading.report.skipped);
+    let (t, x) = at(last);
+    assert!((x - swing(ROWS - 1).1).abs() < 1e-9 && t < 5.0, "{t} s: {x}");
+    assert!(reading.report.skipped.iter().any(|s| s.reason.contains("block's header") && s.rows == 7));
+}

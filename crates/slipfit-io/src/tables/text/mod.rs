@@ -169,6 +169,7 @@ impl<R: Read> Text<R> {
         let wanted = all.as_deref().unwrap_or(wanted);
         let mut plan = Plan::new(layout.shape, layout.quoted, self.newline, wanted);
         plan.wrapped = *wrapped;
+        plan.block_headers = layout.convention == Some(vendors::LABVIEW);
         plan.day = layout.day;
         plan.rewrite.clone_from(rewrite);
         // Of a text that is longer than the window one table is read.

@@ -34,6 +34,8 @@ pub(super) struct Plan {
     pub(super) rewrite: Option<Arc<Rewrite>>,
     /// The columns, where another header among the rows would begin another table.
     pub(super) names: Option<Arc<[Name]>>,
+    /// Whether lines that begin with a word are headers of blocks among the rows.
+    pub(super) block_headers: bool,
     /// How the values of one signal fill several columns.
     pub(super) wrapped: Option<Wrapped>,
     /// Columns wanted in order, with their places in the answer.
@@ -65,6 +67,7 @@ impl Plan {
             day: 0,
             rewrite: None,
             names: None,
+            block_headers: false,
             wrapped: None,
             wanted,
         }
@@ -172,7 +175,7 @@ impl Plan {
     fn quick_separated(&self, bytes: &[u8], separator: u8, values: &mut [f64]) -> Option<usize> {
         let newline = self.newline;
         // A remark in an unread first cell; one that reads as a number would begin with its mark.
-        if self.wanted[0].0 > 0 && dialect::is_comment(bytes) {
+        if self.wanted[0].0 > 0 && self.begins_oddly(bytes) {
             return None;
         }
         let (mut rest, mut column) = (bytes, 0);
@@ -202,6 +205,12 @@ impl Plan {
         Some(bytes.len() - rest.len() + behind)
     }
 
+    /// Whether a line whose first cell is not read is no row: a remark, or a line of a block's header.
+    fn begins_oddly(&self, line: &[u8]) -> bool {
+        let word = |byte: &u8| byte.is_ascii_alphabetic() || *byte == b'*';
+        dialect::is_comment(line) || self.block_headers && line.trim_ascii_start().first().is_some_and(word)
+    }
+
     fn quick_comma(&self, line: &[u8], separator: u8, values: &mut [f64]) -> bool {
         let (mut rest, mut column) = (line, 0);
         for &(index, slot) in &self.wanted {
@@ -216,7 +225,7 @@ impl Plan {
                 _ => return false,
             }
         }
-        self.wanted[0].0 == 0 || !dialect::is_comment(line)
+        self.wanted[0].0 == 0 || !self.begins_oddly(line)
     }
 
     fn quick_blanks(&self, line: &[u8], values: &mut [f64]) -> bool {
@@ -237,7 +246,7 @@ impl Plan {
             rest = after;
         }
         let whole = self.delimiter != Delimiter::None || rest.trim_ascii().is_empty();
-        whole && (self.wanted[0].0 == 0 || !dialect::is_comment(line))
+        whole && (self.wanted[0].0 == 0 || !self.begins_oddly(line))
     }
 
     /// Reads any row, or says why not.
@@ -252,6 +261,10 @@ impl Plan {
             return part.note(Reason::Remark);
         }
         let cells = dialect::cells(line, self.delimiter);
+        if self.block_headers && number::cell(cells[0], self.decimal) == Cell::Text {
+            part.lines += 1;
+            return part.note(Reason::BlockHeader);
+        }
         let mut missing = None;
         for &(index, place) in &self.wanted {
             let column = index + 1;

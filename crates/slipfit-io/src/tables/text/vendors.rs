@@ -40,10 +40,13 @@ impl Preamble {
 /// A program or instrument: its name, whether it wrote a text, and what it does not write.
 type Vendor = (&'static str, fn(&Preamble) -> bool, fn(&Preamble, &mut Layout));
 
+/// What is called so writes headers of blocks among its rows.
+pub(super) const LABVIEW: &str = "LabVIEW";
+
 const VENDORS: &[Vendor] = &[
     ("Zurich Instruments LabOne", is_labone, add_labone_units),
     ("Nanonis", |p| p.lines.iter().any(|l| l == "[DATA]"), add_nanonis_values),
-    ("LabVIEW", |p| p.headers.first().is_some_and(|h| h == "X_Value"), add_labview_units),
+    (LABVIEW, |p| p.headers.first().is_some_and(|h| h == "X_Value"), add_labview_units),
     ("a Rigol oscilloscope", |p| rigol_columns(p).is_some(), add_rigol_columns),
     ("a Hantek oscilloscope", |p| p.says("#channel:") && p.value("clock").is_some(), add_hantek_step),
     ("Qualisys", |p| p.value("no_of_frames").is_some(), add_qualisys_markers),
