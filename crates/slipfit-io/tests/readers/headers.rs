@@ -33,6 +33,56 @@ fn assert_is_swing(reading: &Reading) {
     }
 }
 
+#[test]
+fn units_alone_name_the_columns() {
+    for (header, unit, kind) in [
+        ("s,V", "V", SignalKind::Displacement),
+        ("ms,mV", "mV", SignalKind::Displacement),
+        ("s,mm", "mm", SignalKind::Displacement),
+        ("s,m/s", "m/s", SignalKind::Velocity),
+        ("s,g", "g", SignalKind::Acceleration),
+        ("s,m", "m", SignalKind::Displacement),
+    ] {
+        let scale = if header.starts_with("ms") { 1e3 } else { 1.0 };
+        let text = format!("{header}\n{}", rows(|k| format!("{},{}", swing(k).0 * scale, swing(k).1)));
+        let reading = read(&text);
+        assert_is_swing(&reading);
+        assert_eq!((reading.record.unit(), reading.record.kind()), (unit, kind), "{header}");
+        assert_eq!(notes(&reading), "", "{header}");
+    }
+    let reading = sweep("Hz,V", |f, a, _| format!("{f},{a}"), &ReadOptions::default());
+    assert_eq!(reading.curve.unit(), "V");
+    assert!((reading.curve.frequency_hz()[0] - 76.0).abs() < 1e-9);
+    // Where one of them is no unit they are names.
+    assert_eq!(
+        read(&format!("t,v\n{}", rows(|k| format!("{},{}", swing(k).0, swing(k).1)))).record.unit(),
+        ""
+    );
+}
+
+#[test]
+fn a_third_row_of_a_header_leaves_names_and_units() {
+    for third in ["run 7\tfork 3", "Comments\t", "----\t----", "FLOAT\tFLOAT", "CH0\tCH1"] {
+        let cells = rows(|k| format!("{:.0}\t{}", 1e3 * swing(k).0, swing(k).1));
+        let reading = read(&format!("Time\tDeflection\r\nms\tV\r\n{third}\r\n{cells}"));
+        assert_is_swing(&reading);
+        assert_eq!(
+            (reading.record.unit(), reading.record.kind()),
+            ("V", SignalKind::Displacement),
+            "{third}"
+        );
+        assert!(notes(&reading).contains("line 3 below the units was not read"), "{}", notes(&reading));
+    }
+    let cells = rows(|k| format!("\"2024-03-12 10:22:{:05.2}\",{k},{},12.6", 10.0 + swing(k).0, swing(k).1));
+    let text = "\"TOA5\",\"CR6\",\"CR6\",\"1234\",\"CR6.Std.08\",\"CPU:prog.CR6\",\"12345\",\"Fast\"\n\
+                \"TIMESTAMP\",\"RECORD\",\"Accel_Z\",\"BattV\"\n\"TS\",\"RN\",\"m/s^2\",\"Volts\"\n\
+                \"\",\"\",\"Smp\",\"Smp\"\n";
+    let reading = read(&format!("{text}{cells}"));
+    assert_is_swing(&reading);
+    assert_eq!((reading.record.unit(), reading.record.kind()), ("m/s^2", SignalKind::Acceleration));
+    assert_eq!(reading.report.column("signal").unwrap().column.header, "Accel_Z (m/s^2)");
+}
+
 /// The values of the swing, so many a line.
 fn wrapped(width: usize) -> String {
     let values: Vec<String> = (0..ROWS - 1).map(|k| format!("{:12.3}", swing(k).1)).collect();
@@ -107,6 +157,37 @@ fn a_wrapped_value_that_is_missing_is_counted() {
     let reading = read(&format!("NPTS= {}, DT= .02 SEC\n{text}", ROWS - 1));
     assert_eq!(reading.report.rows_read, ROWS as u64 - 2);
     assert_eq!(reading.report.skipped.iter().map(|s| (s.first_row, s.rows)).collect::<Vec<_>>(), [(13, 1)]);
+}
+
+/// A resonance at 80 Hz: frequency, amplitude and phase in degrees.
+fn resonance(k: usize) -> (f64, f64, f64) {
+    let f = 76.0 + 0.04 * k as f64;
+    let (re, im) = (6400.0 - f * f, 0.8 * f);
+    (f, 100.0 / re.hypot(im), -im.atan2(re).to_degrees())
+}
+
+fn sweep(header: &str, row: impl Fn(f64, f64, f64) -> String, options: &ReadOptions) -> SweepReading {
+    let text = format!(
+        "{header}\n{}",
+        rows(|k| {
+            let (f, a, p) = resonance(k);
+            row(f, a, p)
+        })
+    );
+    read_sweep_from(text.as_bytes(), "sweep.csv", options).unwrap_or_else(|e| panic!("{header}: {e}"))
+}
+
+fn assert_is_resonance(reading: &SweepReading, what: &str) {
+    assert_eq!(reading.curve.frequency_hz().len(), ROWS, "{what}");
+    for k in 0..ROWS {
+        let (f, a, _) = resonance(k);
+        assert!(
+            (reading.curve.frequency_hz()[k] - f).abs() < 1e-6,
+            "{what}: {}",
+            reading.curve.frequency_hz()[k]
+        );
+        assert!((reading.curve.response().amplitude(k) / a - 1.0).abs() < 1e-6, "{what}");
+    }
 }
 
 #[test]

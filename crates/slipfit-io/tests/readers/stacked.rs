@@ -76,6 +76,10 @@ fn the_first_table_that_fits_is_read_and_rows_keep_their_lines() {
     let notes = assert_is_swing(&text, &ReadOptions::default(), "mm");
     assert!(notes.iter().any(|n| n.contains("`Two` was read")), "{notes:?}");
     let first = format!("(mm)\n{}\n", in_mm(0));
+    // A force beside the times is taken where no table holds a motion.
+    let forces = rows(|k| format!("{:.2},{:.3}", swing(k).0, 0.1 * swing(k).1));
+    let below = format!("One\nTime (s),Force (N)\n{forces}\nTwo\nTime (ms),Position (mm)\n{}", rows(in_mm));
+    assert_is_swing(&below, &ReadOptions::default(), "mm");
     let broken = text.replace(&first, &format!("{first}10,oops\n"));
     let report = read_from(broken.as_bytes(), "stacked.csv", &ReadOptions::default()).unwrap().report;
     assert_eq!(report.skipped.iter().map(|s| (s.first_row, s.rows)).collect::<Vec<_>>(), [(47, 1)]);

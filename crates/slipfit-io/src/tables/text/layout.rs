@@ -7,7 +7,14 @@ use super::{
     number, stamp,
 };
 use crate::{
-    columns::{head::Head, name::Name, named, role::Role, stated, units},
+    columns::{
+        head::Head,
+        name::Name,
+        named,
+        role::Role,
+        stated,
+        units::{self, Measures},
+    },
     report::{Decimal, Delimiter, Note},
 };
 
@@ -143,12 +150,21 @@ fn first_row(lines: &[&[u8]], shape: Shape, kinds: &mut Vec<RowKind>) -> Option<
             (i..lines.len()).map(&mut kind).filter(|k| *k != RowKind::Blank).take(LOOK_AHEAD).collect();
         let rows = next.iter().filter(|k| matches!(k, RowKind::Numbers(_))).count();
         // A date above the header is no row: the header stands between it and the numbers.
-        let header_below = matches!(next.get(1), Some(RowKind::Text(_)));
+        let header_below = matches!(next.get(1), Some(RowKind::Text(_))) && !is_below_names(lines, i, shape);
         if !header_below && rows * 5 >= next.len() * 4 {
             return Some(i);
         }
     }
     any
+}
+
+/// Whether the line above one names its columns.
+fn is_below_names(lines: &[&[u8]], line: usize, shape: Shape) -> bool {
+    let above = lines[..line].iter().rev().find(|line| !line.trim_ascii().is_empty());
+    let cells = above.map(|line| texts(&dialect::cells(line, shape.delimiter))).unwrap_or_default();
+    let known = |cell: &&String| Role::in_record(&Name::parse(cell)) != Role::Unknown;
+    let words = cells.iter().all(|cell| number::cell(cell.as_bytes(), shape.decimal) == number::Cell::Text);
+    cells.len() == shape.width && words && 2 * cells.iter().filter(known).count() >= cells.len()
 }
 
 fn header(
@@ -162,7 +178,12 @@ fn header(
     let nearest = above().next()?;
     let states_rate =
         |line: &[u8]| shape.delimiter != Delimiter::Comma && stated_rate_hz(&[line], shape).is_some();
-    if states_rate(lines[nearest]) {
+    if let Some((line, names)) = above_comments(lines, kinds, nearest, shape) {
+        let comments = plain_header_cells(lines[nearest]);
+        let said: Vec<&str> = comments.iter().map(String::as_str).filter(|c| !c.is_empty()).collect();
+        notes.push(format!("line {} below the units was not read: {}", nearest + 1, said.join(", ")).into());
+        return Some((line, names));
+    } else if states_rate(lines[nearest]) {
         // A sentence about the samples, not their names.
     } else if holds_numbers(lines[nearest], shape) {
         notes.push(
@@ -174,8 +195,13 @@ fn header(
         );
     } else if matches!(kinds[nearest], RowKind::Text(_)) {
         if let Some(cells) = header_cells(lines[nearest], shape) {
-            let cells = join_unit_row(cells, nearest, lines, kinds, shape);
-            let cells = join_name_rows(cells, nearest, lines, kinds, shape);
+            let joined = join_unit_row(cells.clone(), nearest, lines, kinds, shape);
+            if joined == cells
+                && let Some(names) = names_of_units(&cells)
+            {
+                return Some((nearest, names));
+            }
+            let cells = join_name_rows(joined, nearest, lines, kinds, shape);
             return Some((nearest, cells.iter().map(|c| Name::parse(c)).collect()));
         }
         let cells = plain_header_cells(lines[nearest]);
@@ -345,6 +371,64 @@ fn unbracketed(cell: &str) -> &str {
     }
 }
 
+/// Whether a cell of a row of units is one, or none: Campbell loggers write `TS` and `RN` of stamps and numbers.
+fn is_unit(cell: &str) -> bool {
+    cell.is_empty()
+        || matches!(cell, "TS" | "RN")
+        || units::measures(unbracketed(cell)).is_some()
+        || (cell.starts_with(['(', '[']) && cell.ends_with([')', ']']))
+}
+
+/// A name with the unit below it.
+fn with_unit(name: &str, unit: &str) -> String {
+    let unit = if matches!(unit, "TS" | "RN") { "" } else { unbracketed(unit) };
+    format!("{name} ({unit})").trim_end_matches("()").trim().to_owned()
+}
+
+/// Names and units above a line that says more of the columns: comments of Origin, `Smp` and `Avg` of Campbell loggers,
+/// types, dashes; with the line of the units.
+fn above_comments(
+    lines: &[&[u8]],
+    kinds: &[RowKind],
+    comments: usize,
+    shape: Shape,
+) -> Option<(usize, Vec<Name>)> {
+    let [names, units] = [comments.checked_sub(2)?, comments.checked_sub(1)?];
+    if shape.width < 2 || [names, units, comments].iter().any(|&i| !matches!(kinds[i], RowKind::Text(_))) {
+        return None;
+    }
+    let [names, cells] = [header_cells(lines[names], shape)?, header_cells(lines[units], shape)?];
+    let says = |cell: &String| units::measures(unbracketed(cell)).is_some();
+    let own = header_cells(lines[comments], shape).unwrap_or_default();
+    // Two lines of units, or a line of names below them, are something else.
+    let of_units = |cells: &[String]| cells.iter().all(|cell| is_unit(cell)) && cells.iter().any(says);
+    if !of_units(&cells) || of_units(&own) || of_units(&names) {
+        return None;
+    }
+    let joined = names.iter().zip(&cells).map(|(name, unit)| Name::parse(&with_unit(name, unit)));
+    Some((units, joined.collect()))
+}
+
+/// The columns of a header of units alone, `s,V` or `Hz,mV`: a time or a frequency and what stands over it.
+fn names_of_units(cells: &[String]) -> Option<Vec<Name>> {
+    let is_clock = |unit: &str| {
+        let plain = !["h", "d", "m"].contains(&unit);
+        plain && (matches!(units::measures(unit), Some(Measures::Time(_))) || units::hertz(unit).is_some())
+    };
+    let over = is_clock(cells.first()?);
+    if !over || cells.len() < 2 || !cells.iter().all(|cell| units::is_known(cell)) {
+        return None;
+    }
+    let name = |cell: &String| {
+        // `V` is no velocity and `g` no acceleration's axis; `deg` may be a phase.
+        let measured =
+            matches!(units::measures(cell), Some(Measures::Signal(_))) && units::radians(cell).is_none();
+        let bare = if measured { String::new() } else { cell.clone() };
+        Name { header: cell.clone(), bare, unit: cell.clone(), run: None }
+    };
+    Some(cells.iter().map(name).collect())
+}
+
 /// Where the line above the numbers holds units only, names stand above it.
 fn join_unit_row(
     cells: Vec<String>,
@@ -353,25 +437,14 @@ fn join_unit_row(
     kinds: &[RowKind],
     shape: Shape,
 ) -> Vec<String> {
-    let is_unit = |cell: &String| {
-        let inner = unbracketed(cell);
-        cell.is_empty()
-            || units::measures(inner).is_some()
-            || (cell.starts_with(['(', '[']) && cell.ends_with([')', ']']))
-    };
-    if !cells.iter().all(is_unit) || cells.iter().all(String::is_empty) {
+    if !cells.iter().all(|cell| is_unit(cell)) || cells.iter().all(String::is_empty) {
         return cells;
     }
     let above = (0..line).rev().find(|&i| kinds[i] != RowKind::Blank);
     let names = above.and_then(|i| header_cells(uncommented(lines[i]), shape));
     match names {
         // `x` and `s` are units and names: two rows of them are needed.
-        Some(names) => names
-            .iter()
-            .zip(&cells)
-            .map(|(name, unit)| format!("{name} ({})", unbracketed(unit)))
-            .map(|joined| joined.trim_end_matches("()").trim().to_owned())
-            .collect(),
+        Some(names) => names.iter().zip(&cells).map(|(name, unit)| with_unit(name, unit)).collect(),
         None => cells,
     }
 }

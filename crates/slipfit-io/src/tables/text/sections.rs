@@ -15,8 +15,8 @@ use crate::{
 
 /// Rows of numbers below a header that make a table, at least.
 const FEWEST: usize = 3;
-/// Rows below a header that are looked at.
-const LOOKED_AT: usize = 60;
+/// Lines below a header that are looked at.
+const LOOKED_AT: usize = 12;
 /// Lines without numbers, of which more are cells of rows and no headers.
 const MOST: usize = 1 << 12;
 /// Letters of a title, at most.
@@ -87,8 +87,8 @@ pub(super) fn find(window: &[u8], newline: u8, layout: &Layout) -> Vec<Section> 
 /// Whether a line names columns other than these: what begins another table below rows that are read once.
 pub(super) fn is_other_header(line: &[u8], shape: Shape, names: &[Name]) -> bool {
     let cells = dialect::cells(line.trim_ascii_end(), shape.delimiter);
-    let words = |cell: &&[u8]| number::cell(cell, shape.decimal) == Cell::Text;
-    if cells.len() < 2 || !cells.iter().all(|cell| words(&cell)) {
+    let words = |cell: &[u8]| number::cell(cell, shape.decimal) == Cell::Text;
+    if cells.len() < 2 || !cells.iter().all(|cell| words(cell)) {
         return false;
     }
     let found: Vec<Name> = cells.iter().map(|cell| Name::parse(&text(number::trim(cell)))).collect();
@@ -135,12 +135,10 @@ fn heading(lines: &[&[u8]], gap: Range<usize>, shape: Shape) -> Option<Heading> 
     let below = &lines[gap.end..lines.len().min(gap.end + LOOKED_AT)];
     let rows: Vec<RowKind> = below.iter().map(kind).filter(|kind| *kind != RowKind::Blank).collect();
     let first = *rows.first().filter(|kind| matches!(kind, RowKind::Numbers(_)))?;
-    if rows.iter().take_while(|kind| **kind == first).count() < FEWEST {
+    if rows.iter().filter(|kind| **kind == first).count() < FEWEST {
         return None;
     }
-    // As far as the rows go on: behind them another table may begin.
-    let wide = below.iter().take_while(|line| matches!(kind(line), RowKind::Numbers(_))).count();
-    let part = &lines[gap.start..gap.end + wide];
+    let part = &lines[gap.start..gap.end + below.len()];
     let found = layout::find(part)?;
     let header = gap.start + found.header_line.filter(|line| gap.start + line < gap.end)?;
     if !is_known(&found.head.names) {
