@@ -4,6 +4,7 @@ use std::f64::consts::{E, TAU};
 
 use super::{
     chooser::{Chooser, Picked},
+    multiple::{multiple_of_hertz, number_of_hertz},
     name::{self, Name},
     role::Role,
     units::{self, Measures},
@@ -73,15 +74,6 @@ fn logarithm(header: &str) -> Option<(f64, f64)> {
     (apart && (frequency || angular) || unit_alone).then_some((base, factor))
 }
 
-/// A frequency with its number: `80.1 Hz` is what 1 stands for in a column of ratios.
-fn number_of_hertz(unit: &str) -> Option<f64> {
-    let unit = unit.trim();
-    let letters = unit.find(|c: char| c.is_alphabetic())?;
-    let number: f64 = unit[..letters].trim().parse().ok()?;
-    let hz = number * units::hertz(&unit[letters..])?;
-    (hz.is_finite() && hz > 0.0).then_some(hz)
-}
-
 /// Whether a column holds frequencies over one of them: `f/f0`, `\u{3c9}/\u{3c9}_n`, `normalised frequency`.
 fn is_ratio(name: &Name) -> bool {
     let letters = ["f", "\u{3bd}", "nu", "\u{3c9}", "omega", "w", "freq", "frequency", "frequenz"];
@@ -132,8 +124,11 @@ impl Chooser<'_> {
             Some(unit) => unit.trim().to_owned(),
             None => self.head.names[index].unit.clone(),
         };
+        let multiple = multiple_of_hertz(&unit).filter(|_| role != Role::Period);
         let seconds = match units::measures(&unit) {
-            Some(Measures::Time(seconds)) if units::hertz(&unit).is_none() => Some(seconds.of(1.0)),
+            Some(Measures::Time(seconds)) if units::hertz(&unit).is_none() && multiple.is_none() => {
+                Some(seconds.of(1.0))
+            }
             _ => None,
         };
         let mut picked = self.picked(index, why);
@@ -150,7 +145,7 @@ impl Chooser<'_> {
             picked.unit = unit;
             return Ok(Frequency::Period(picked, seconds));
         }
-        let factor = match units::hertz(&unit) {
+        let factor = match units::hertz(&unit).or(multiple) {
             Some(factor) => {
                 picked.unit = unit;
                 factor

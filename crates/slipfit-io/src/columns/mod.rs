@@ -9,6 +9,7 @@ mod drive;
 mod frequency;
 mod groups;
 pub(crate) mod head;
+mod multiple;
 pub(crate) mod name;
 pub(crate) mod named;
 pub(crate) mod points;

@@ -1,6 +1,9 @@
 //! Headers of columns: name, unit and run.
 
-use super::units::{self, Measures, Seconds};
+use super::{
+    multiple::multiple_of_hertz,
+    units::{self, Measures, Seconds},
+};
 
 /// A column as its header describes it.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -117,7 +120,10 @@ fn split_unit(text: &str) -> (String, String) {
             let rest = format!("{} {}", text[..from].trim(), text[to + close.len_utf8()..].trim());
             Some((rest.trim_end().trim_end_matches('/').trim().to_owned(), unit.to_owned()))
         });
-    let known = |unit: &str| units::measures(unit).is_some() || units::radians(unit).is_some();
+    let known = |unit: &str| {
+        let of_frequency = || multiple_of_hertz(unit).is_some();
+        units::measures(unit).is_some() || units::radians(unit).is_some() || of_frequency()
+    };
     let like_one = |unit: &str| unit.len() > 1 && !unit.contains(char::is_whitespace);
     let first = |serves: &dyn Fn(&str) -> bool| bracketed.clone().find(|(_, unit)| serves(unit));
     if let Some(parts) = first(&known).or_else(|| first(&like_one)) {
@@ -141,7 +147,8 @@ fn split_unit(text: &str) -> (String, String) {
         if let Some((bare, unit)) = parts
             && !bare.trim().is_empty()
             && (units::measures(unit).is_some()
-                || matches!(mark.trim(), "in" | "/") && units::hertz(unit).is_some())
+                || matches!(mark.trim(), "in" | "/") && units::hertz(unit).is_some()
+                || mark.contains('/') && matches!(unit.trim().to_lowercase().as_str(), "pi" | "\u{3c0}"))
             // `Expansion In` is no length in inches.
             && !(mark == " " && unit.eq_ignore_ascii_case("in"))
             // Nor is `U_in` a voltage in inches.

@@ -214,16 +214,17 @@ pub(crate) fn hertz(unit: &str) -> Option<f64> {
         _ if unit == "mHz" => 1e-3,
         "hz" | "cps" | "hertz" => 1.0,
         _ if is_per_second(unit) => 1.0,
-        "khz" => 1e3,
-        "mhz" => 1e6,
-        "ghz" => 1e9,
+        "khz" | "kilohertz" => 1e3,
+        "mhz" | "megahertz" => 1e6,
+        "ghz" | "gigahertz" => 1e9,
+        "millihertz" => 1e-3,
         "uhz" | "\u{b5}hz" | "\u{3bc}hz" => 1e-6,
         "rad/s" | "rads^-1" | "rads-1" | "rad/sec" | "s^-1rad" => 1.0 / TAU,
         "krad/s" => 1e3 / TAU,
         "mrad/s" if mega => 1e6 / TAU,
         "mrad/s" => 1e-3 / TAU,
         "deg/s" | "\u{b0}/s" | "deg/sec" | "\u{b0}/sec" | "dps" => 1.0 / 360.0,
-        "rpm" | "1/min" | "u/min" | "min^-1" | "/min" => 1.0 / 60.0,
+        "rpm" | "cpm" | "1/min" | "u/min" | "min^-1" | "/min" => 1.0 / 60.0,
         _ => return None,
     })
 }
@@ -238,7 +239,8 @@ pub(crate) fn is_per_second(unit: &str) -> bool {
 pub(crate) fn radians(unit: &str) -> Option<f64> {
     match tidy(unit).as_str() {
         "cycle" | "cycles" | "cyc" | "cycl" | "periods" | "zyklen" | "2pi" | "2\u{3c0}" => return Some(TAU),
-        "pi" | "\u{3c0}" | "pi rad" | "\u{3c0} rad" | "rad/pi" | "rad/\u{3c0}" => return Some(PI),
+        "pi" | "\u{3c0}" | "units of pi" | "units of \u{3c0}" | "pi rad" | "\u{3c0} rad" | "rad/pi"
+        | "rad/\u{3c0}" => return Some(PI),
         _ => {}
     }
     DisplacementUnit::named(unit).filter(|unit| unit.coordinate == Coordinate::Angle).map(|unit| unit.si)

@@ -191,6 +191,34 @@ fn assert_is_resonance(reading: &SweepReading, what: &str) {
 }
 
 #[test]
+fn multiples_of_hertz_and_their_names_are_units_of_frequency() {
+    for (unit, factor) in [
+        ("1000 Hz", 1e3),
+        ("x1000 Hz", 1e3),
+        ("10^3 Hz", 1e3),
+        ("kilohertz", 1e3),
+        ("megahertz", 1e6),
+        ("cpm", 1.0 / 60.0),
+    ] {
+        let header = format!("Frequency ({unit}),Amplitude (V)");
+        let reading = sweep(&header, |f, a, _| format!("{},{a}", f / factor), &ReadOptions::default());
+        assert_is_resonance(&reading, unit);
+        assert!(reading.report.notes.iter().all(|n| !n.to_string().contains("names no unit")), "{unit}");
+    }
+}
+
+#[test]
+fn phases_over_pi_are_multiples_of_it() {
+    for header in ["φ/π", "phase/pi", "Phase [π]", "phi (units of pi)"] {
+        let header = format!("Frequency (Hz),Amplitude (V),{header}");
+        let reading = sweep(&header, |f, a, p| format!("{f},{a},{}", p / 180.0), &ReadOptions::default());
+        let slipfit::resonance::Response::Complex(z) = reading.curve.response() else { panic!("{header}") };
+        let phase = z[ROWS / 2].arg();
+        assert!((phase - resonance(ROWS / 2).2.to_radians()).abs() < 1e-6, "{header}: {phase}");
+    }
+}
+
+#[test]
 fn headers_of_blocks_are_no_samples() {
     let block = |from: usize| {
         let rows: String = (from..from + ROWS / 2).map(|k| format!("\t{:.6}\n", swing(k).1)).collect();
