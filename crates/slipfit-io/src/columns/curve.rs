@@ -10,6 +10,7 @@ use super::{
     name,
     response::Response,
     role::Role,
+    scattering::scattering,
     units::{self, Measures},
 };
 use crate::{error::ReadProblem, options::ReadOptions, report::Note};
@@ -201,13 +202,4 @@ impl Chooser<'_> {
         };
         (kind, unit)
     }
-}
-
-/// The ports of a scattering parameter that a header names, `S21` or `Trc1_S11`: into which, and from which.
-fn scattering(header: &str) -> Option<(u8, u8)> {
-    let words = header.split(|c: char| !c.is_ascii_alphanumeric());
-    words.into_iter().find_map(|word| match word.as_bytes() {
-        [b'S' | b's', into @ b'1'..=b'9', from @ b'1'..=b'9'] => Some((*into, *from)),
-        _ => None,
-    })
 }

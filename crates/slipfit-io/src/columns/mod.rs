@@ -19,6 +19,7 @@ mod response;
 pub(crate) mod role;
 pub(crate) mod rows;
 pub(crate) mod scale;
+mod scattering;
 pub(crate) mod sentinel;
 mod signal;
 mod split;

@@ -108,7 +108,7 @@ impl Chooser<'_> {
     }
 
     /// All such pairs, in the order of the columns.
-    fn quadrature_pairs(&self, taken: &[usize]) -> Vec<Pair> {
+    pub(super) fn quadrature_pairs(&self, taken: &[usize]) -> Vec<Pair> {
         let headed =
             |i: &usize| !self.head.names[*i].header.is_empty() && !taken.contains(i) && self.filled(*i);
         let columns: Vec<usize> = self.near.iter().copied().filter(headed).collect();

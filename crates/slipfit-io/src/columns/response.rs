@@ -8,6 +8,7 @@ use super::{
     quadrature::Pair,
     role::Role,
     scale::{self, Scale, Written},
+    scattering::scattering,
     units,
 };
 use crate::{
@@ -82,8 +83,8 @@ impl Chooser<'_> {
             (Some(one), None) | (None, Some(one)) => {
                 let missing = if real.is_some() { "imaginary" } else { "real" };
                 let other = if real.is_some() { Role::Imaginary } else { Role::Real };
-                let beside = || self.quadrature_pair(taken).and_then(|pair| pair.other(one));
-                let Some(found) = self.of_role(other, taken).or_else(beside) else {
+                let beside = self.quadrature_pairs(taken).iter().find_map(|pair| pair.other(one));
+                let Some(found) = beside.or_else(|| self.of_role(other, taken)) else {
                     let (given, columns) = (self.label(one), self.list());
                     return Err(ReadProblem::HalfComplex { given, missing, columns });
                 };
@@ -150,7 +151,9 @@ impl Chooser<'_> {
         };
         let channel = |i: &usize| self.is_channel(*i) && self.peak_over_ends(*i) >= PEAK;
         let channel = self.near.iter().filter(free).copied().find(channel);
-        match channel.or_else(|| self.near.iter().find(free).copied()) {
+        // A column that stays as it is, such as a reference, is none where another moves.
+        let moving = || self.near.iter().filter(free).copied().find(|i| self.varies(*i));
+        match channel.or_else(moving).or_else(|| self.near.iter().find(free).copied()) {
             Some(first) if channel.is_some() => {
                 self.amplitude(first, "the first channel that has a peak", taken)
             }
@@ -166,7 +169,12 @@ impl Chooser<'_> {
     fn phase_of(&self, amplitude: usize, without: &[usize]) -> Option<usize> {
         let others: Vec<usize> =
             self.near.iter().copied().filter(|&i| self.is_of_another(amplitude, i)).collect();
-        self.of_role(Role::Phase, &[without, &others].concat())
+        let without = [without, &others].concat();
+        let ports = |i: usize| scattering(&self.head.names[i].header);
+        let is_same = |i: &usize| ports(*i).is_some() && ports(*i) == ports(amplitude);
+        let of_other: Vec<usize> = self.near.iter().copied().filter(|i| !is_same(i)).collect();
+        let same = self.of_role(Role::Phase, &[&without[..], &of_other].concat());
+        same.or_else(|| self.of_role(Role::Phase, &without))
     }
 
     /// Where the only phases are those of another channel, the amplitude of that.

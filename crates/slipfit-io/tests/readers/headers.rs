@@ -191,6 +191,18 @@ fn assert_is_resonance(reading: &SweepReading, what: &str) {
 }
 
 #[test]
+fn a_column_that_stays_as_it_is_is_no_response_beside_one_that_moves() {
+    let options = ReadOptions::default();
+    let reading = sweep(
+        "Frequency (Hz),Reference (V),Signal (V),Phase (deg)",
+        |f, a, p| format!("{f},1,{a},{p}"),
+        &options,
+    );
+    assert_is_resonance(&reading, "reference");
+    assert_eq!(reading.report.column("amplitude").unwrap().column.number, 3);
+}
+
+#[test]
 fn multiples_of_hertz_and_their_names_are_units_of_frequency() {
     for (unit, factor) in [
         ("1000 Hz", 1e3),
@@ -204,6 +216,43 @@ fn multiples_of_hertz_and_their_names_are_units_of_frequency() {
         let reading = sweep(&header, |f, a, _| format!("{},{a}", f / factor), &ReadOptions::default());
         assert_is_resonance(&reading, unit);
         assert!(reading.report.notes.iter().all(|n| !n.to_string().contains("names no unit")), "{unit}");
+    }
+}
+
+#[test]
+fn parts_of_one_scattering_parameter_are_read_together() {
+    let choose = |real: Option<&str>, amplitude: Option<&str>| ReadOptions {
+        real: real.map(str::to_owned),
+        amplitude: amplitude.map(str::to_owned),
+        ..ReadOptions::default()
+    };
+    let parts = |a: f64, p: f64| (a * p.to_radians().cos(), a * p.to_radians().sin());
+    let ri = |f: f64, a: f64, p: f64| {
+        let (re, im) = parts(a, p);
+        format!("{f:.2} 0.9 0.1 {re:.12} {im:.12} {re:.12} {im:.12} 0.9 0.2")
+    };
+    for (real, header) in [("4", "S21"), ("6", "S12")] {
+        let reading = sweep("! VNA\n# Hz S RI R 50", ri, &choose(Some(real), None));
+        assert_is_resonance(&reading, header);
+        let imaginary = reading.report.column("imaginary").unwrap();
+        assert!(imaginary.column.header.starts_with(header), "{imaginary:?}");
+    }
+    // Unasked the reflection is read, with what chooses the transmission.
+    let reading = sweep("! VNA\n# Hz S RI R 50", ri, &ReadOptions::default());
+    let hints: Vec<(&str, Option<String>)> = reading
+        .report
+        .notes
+        .iter()
+        .flat_map(|note| &note.hints)
+        .map(|hint| (hint.option.unwrap_or_default(), hint.value.as_ref().map(|v| format!("{v:?}"))))
+        .collect();
+    let options: Vec<&str> = hints.iter().map(|(option, _)| *option).collect();
+    assert!(options.contains(&"real") && options.contains(&"imaginary"), "{hints:?}");
+    let ma = |f: f64, a: f64, p: f64| format!("{f:.2} 0.9 0.1 {a:.12} {p:.9} {a:.12} {p:.9} 0.9 0.2");
+    for (amplitude, phase) in [("4", 5), ("6", 7)] {
+        let reading = sweep("! VNA\n# Hz S MA R 50", ma, &choose(None, Some(amplitude)));
+        assert_is_resonance(&reading, amplitude);
+        assert_eq!(reading.report.column("phase").unwrap().column.number, phase);
     }
 }
 

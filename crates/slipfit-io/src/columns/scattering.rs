@@ -1,0 +1,10 @@
+//! Scattering parameters by their names.
+
+/// The ports of a scattering parameter that a header names, `S21` or `Trc1_S11`: into which, and from which.
+pub(super) fn scattering(header: &str) -> Option<(u8, u8)> {
+    let words = header.split(|c: char| !c.is_ascii_alphanumeric());
+    words.into_iter().find_map(|word| match word.as_bytes() {
+        [b'S' | b's', into @ b'1'..=b'9', from @ b'1'..=b'9'] => Some((*into, *from)),
+        _ => None,
+    })
+}
