@@ -257,6 +257,17 @@ impl Chooser<'_> {
         if !units::listed("x y z", &axis) || !self.written_unit(index).is_empty() {
             return None;
         }
+        // Beside a velocity or an acceleration of its own the axis is a place, whatever the file is called.
+        let derived = |c: &usize| {
+            let kind = match self.roles[*c] {
+                Role::Signal { kind, .. } => kind,
+                _ => SignalKind::Displacement,
+            };
+            *c != index && matches!(kind, SignalKind::Velocity | SignalKind::Acceleration)
+        };
+        if self.near.iter().any(derived) {
+            return None;
+        }
         let base = file.rsplit(['/', '\\']).next().unwrap_or_default();
         let of = |place: &str| role::kind_of_place(place).map(|kind| (kind, place.to_owned()));
         let (kind, place) = of(&self.head.name).or_else(|| of(base))?;

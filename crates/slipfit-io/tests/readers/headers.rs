@@ -268,6 +268,24 @@ fn phases_over_pi_are_multiples_of_it() {
 }
 
 #[test]
+fn a_column_says_more_than_the_name_of_its_file() {
+    let row = |k: usize| {
+        let (t, x) = swing(k);
+        format!("{t:.2},{x},{},{}", -0.2 * x, -81.0 * x)
+    };
+    for (header, kind) in [
+        ("t,x,v,a", SignalKind::Displacement),
+        ("Time (s),position (m),Velocity (m/s),Acceleration (m/s^2)", SignalKind::Displacement),
+        ("t,x,y,z", SignalKind::Acceleration),
+    ] {
+        let text = format!("{header}\n{}", rows(row));
+        let options = ReadOptions { signal: Some("2".to_owned()), ..ReadOptions::default() };
+        let reading = read_from(text.as_bytes(), "motion_acc.csv", &options).unwrap();
+        assert_eq!(reading.record.kind(), kind, "{header}");
+    }
+}
+
+#[test]
 fn headers_of_blocks_are_no_samples() {
     let block = |from: usize| {
         let rows: String = (from..from + ROWS / 2).map(|k| format!("\t{:.6}\n", swing(k).1)).collect();
