@@ -97,10 +97,15 @@ impl<'a> Header<'a> {
         self.words.iter().any(|word| listed(sensors, word.strip_suffix(['x', 'y', 'z']).unwrap_or(word)))
     }
 
-    /// Whether the header is an analogue input of a microcontroller: `A0`.
+    /// Whether the header is an analogue input of a microcontroller: `A0`, `a0`.
     fn is_analogue_pin(&self) -> bool {
-        let number = self.bare.strip_prefix('A');
+        let number = self.bare.strip_prefix('A').or(Some("0").filter(|_| self.bare == "a0"));
         number.is_some_and(|n| !n.is_empty() && n.len() < 3 && n.bytes().all(|b| b.is_ascii_digit()))
+    }
+
+    /// Whether the header is the letter of a channel, as PicoScope names them: an acceleration is a small `a`.
+    fn is_channel(&self) -> bool {
+        self.bare == "A" && !self.is_signal(Acceleration)
     }
 
     fn is_level(&self) -> bool {
@@ -183,6 +188,7 @@ const fn signal(rank: u8, kind: SignalKind, like: &'static str) -> Role {
     Role::Signal { rank, kind, like }
 }
 
+const MEASURED: Role = signal(70, Displacement, "named like a measured signal");
 const VELOCITY: Role = signal(60, Velocity, "named like a velocity");
 
 /// Roles in a record over time; the first rule that fits decides.
@@ -235,7 +241,7 @@ const RECORD: &[Rule] = &[
              ausschlag deflection distanc distanz abstand waveform переме 位移",
         ) || h.begins("x y z pos disp s height höhe altezza length dist")
     }),
-    (signal(70, Displacement, "named like a measured signal"), |h| {
+    (MEASURED, |h| {
         h.is_signal(Displacement)
             || h.is_analogue_pin()
             || h.within("voltag spannung tension voltaj signal detector photodiode")
@@ -249,7 +255,10 @@ fn is_acceleration(h: &Header<'_>) -> bool {
         || h.of_axis("acc ac linacc gf")
         || h.is_any("d2x/dt2 d²x/dt² d^2x/dt^2")
         || h.begins("tgf")
-        || h.begins("a ax ay az gx gy gz") && h.leaves_open(Acceleration) && !h.is_analogue_pin()
+        || h.begins("a ax ay az gx gy gz")
+            && h.leaves_open(Acceleration)
+            && !h.is_analogue_pin()
+            && !h.is_channel()
 }
 
 /// Roles in a curve over frequency or over drive levels; the first rule that fits decides.
@@ -363,7 +372,15 @@ pub(super) fn in_records(names: &[Name]) -> Vec<Role> {
         listed("ax ay az accx accy accz acx acy acz", &first(name))
             && Role::in_record(name).is_of(Acceleration)
     });
+    let pins = names.iter().any(|name| name.bare.trim() == "a0");
+    let is_pin = |name: &Name| {
+        let number = name.bare.trim().strip_prefix('a');
+        pins && name.unit.is_empty() && number.is_some_and(|n| n.parse::<u8>().is_ok())
+    };
     let of = |name: &Name| {
+        if is_pin(name) {
+            return MEASURED;
+        }
         let is_gyroscope = accelerometer && name.unit.is_empty() && listed("gx gy gz", &first(name));
         if is_gyroscope { VELOCITY } else { Role::in_record(name) }
     };

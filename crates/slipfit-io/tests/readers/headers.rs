@@ -286,6 +286,22 @@ fn a_column_says_more_than_the_name_of_its_file() {
 }
 
 #[test]
+fn letters_of_channels_and_pins_are_no_accelerations() {
+    for header in ["A", "a0", "A0", "Channel A"] {
+        let reading =
+            read(&format!("Time (s),{header}\n{}", rows(|k| format!("{},{}", swing(k).0, swing(k).1))));
+        assert_eq!(reading.record.kind(), SignalKind::Displacement, "{header}");
+    }
+    let pins = read(&format!("t,a0,a1\n{}", rows(|k| format!("{},7,{}", swing(k).0, swing(k).1))));
+    assert_eq!(
+        (pins.record.kind(), pins.report.column("signal").unwrap().column.number),
+        (SignalKind::Displacement, 3)
+    );
+    let reading = read(&format!("t,a\n{}", rows(|k| format!("{},{}", swing(k).0, swing(k).1))));
+    assert_eq!(reading.record.kind(), SignalKind::Acceleration);
+}
+
+#[test]
 fn headers_of_blocks_are_no_samples() {
     let block = |from: usize| {
         let rows: String = (from..from + ROWS / 2).map(|k| format!("\t{:.6}\n", swing(k).1)).collect();
