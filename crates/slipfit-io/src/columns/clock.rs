@@ -46,6 +46,11 @@ fn epoch(time: f64) -> Option<(&'static str, Seconds)> {
 /// The longest step between rows of a clock that counts without naming its unit, 1 s in ns.
 const COUNTS: f64 = 1e9;
 
+/// Day numbers of the years 1982 to 2064, of spreadsheets and of MATLAB.
+const DAYS: [std::ops::Range<f64>; 2] = [30e3..60e3, 724e3..754e3];
+/// The longest step between rows that are numbered by days, about a quarter of an hour.
+const DAYS_APART: f64 = 0.01;
+
 /// What a clock counts that has no unit of time of its own.
 const COUNTED: &str = "ticks tick samples sample frames frame points counts count";
 
@@ -180,7 +185,7 @@ impl Chooser<'_> {
             Some(unit) => match units::measures(unit) {
                 Some(Measures::Time(seconds)) => (unit.clone(), seconds),
                 _ => {
-                    let known = "s, ms, us, ns, min, h or the rate of a clock such as 60MHz";
+                    let known = "s, ms, us, ns, min, h, days or the rate of a clock such as 60MHz";
                     let problem = OptionProblem::UnknownUnit(known);
                     return Err(ReadProblem::Option { option: "time_unit", value: unit.clone(), problem });
                 }
@@ -262,7 +267,14 @@ impl Chooser<'_> {
             let text = format!("{label} names no unit: its times were taken as seconds");
             (text, ("s".to_owned(), Seconds::Same))
         };
-        self.notes.push(Note::new(text).hint("time_unit", "says otherwise"));
+        // Rows less than a day apart in numbers of days since 1900 or since the year 0.
+        let in_days = !content.whole && DAYS.iter().any(|days| days.contains(&content.least)) && !interval;
+        let advice = if in_days && content.mean_step < DAYS_APART {
+            "says otherwise: days where they are the day numbers of a spreadsheet"
+        } else {
+            "says otherwise"
+        };
+        self.notes.push(Note::new(text).hint("time_unit", advice));
         Ok(taken)
     }
 }

@@ -22,8 +22,14 @@ mod criteria {
     /// Part of a column's variance that squares of another explain: 0.9 and more in simulated phones on a pendulum, none in
     /// axes that move on their own.
     pub(super) const SQUARE: f64 = 0.8;
+    /// First rows that may be pieces of lines, as a serial monitor shows them that begins to listen.
+    pub(super) const STRAY_ROWS: usize = 5;
+    /// Rows behind these, at least, where they are set aside.
+    pub(super) const OTHER_ROWS: usize = 50;
 }
-use criteria::{BLOCK_CROSSINGS, BLOCKS, FULL, GRADUAL, MOTION_CROSSINGS, REST, SMOOTH, SQUARE};
+use criteria::{
+    BLOCK_CROSSINGS, BLOCKS, FULL, GRADUAL, MOTION_CROSSINGS, OTHER_ROWS, REST, SMOOTH, SQUARE, STRAY_ROWS,
+};
 
 /// A column as its numbers describe it; gaps are NaN.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -70,9 +76,9 @@ impl Content {
             rising: if up + down > 0.0 { up / (up + down) } else { 0.0 },
             moving: (up + down) / n.saturating_sub(1).max(1) as f64,
             counts: n > 1 && ones == n - 1,
-            whole: n > 1 && values.iter().all(|v| v.fract() == 0.0),
-            mean_step: match values[..] {
-                [first, .., last] => (last - first) / (n - 1) as f64,
+            whole: n > 1 && values[stray_rows(&values)..].iter().all(|v| v.fract() == 0.0),
+            mean_step: match values[stray_rows(&values)..] {
+                [first, .., last] => (last - first) / (n - stray_rows(&values) - 1) as f64,
                 _ => 0.0,
             },
             least: values.iter().copied().fold(f64::INFINITY, f64::min),
@@ -99,6 +105,19 @@ impl Content {
     pub(super) fn is_ringing(&self) -> bool {
         self.gradual >= GRADUAL && self.smoothness >= SMOOTH
     }
+}
+
+/// First values that are pieces of others: among them one has a fraction or is above its follower where none of the many
+/// behind them has or is.
+fn stray_rows(values: &[f64]) -> usize {
+    let Some((first, others)) = values.split_at_checked(STRAY_ROWS).filter(|(_, o)| o.len() >= OTHER_ROWS)
+    else {
+        return 0;
+    };
+    let is_odd = |pair: &[f64]| pair[0].fract() != 0.0 || pair[0] > pair[1];
+    let all = &values[..=first.len()];
+    let counts = others.iter().all(|v| v.fract() == 0.0) && !others.windows(2).any(is_odd);
+    if counts && all.windows(2).any(is_odd) { STRAY_ROWS } else { 0 }
 }
 
 /// How many steps from row to row go up, go down, and are exactly one.

@@ -302,6 +302,33 @@ fn letters_of_channels_and_pins_are_no_accelerations() {
 }
 
 #[test]
+fn pieces_of_lines_before_the_first_row_leave_the_clock_in_milliseconds() {
+    let cells = rows(|k| format!("{},{}", 20 * k, swing(k).1));
+    for before in ["", "34,12.\n7.12\n", "7.5,1\n", "52340,0.4\nStarting ...\n", "512\nready\n"] {
+        let reading = read(&format!("{before}{cells}"));
+        assert!(notes(&reading).contains("taken as milliseconds"), "{before}: {}", notes(&reading));
+    }
+    // A line of words behind the first row is no header.
+    for stray in ["ready,go", "20,oops", "ready"] {
+        let cells = cells.replacen('\n', &format!("\n{stray}\n"), 1);
+        let reading = read(&format!("Time (ms),x (mm)\n{cells}"));
+        assert_is_swing(&reading);
+        assert_eq!((reading.record.unit(), reading.report.skipped[0].rows), ("mm", 1), "{stray}");
+    }
+}
+
+#[test]
+fn day_numbers_get_the_hint_of_days() {
+    for day in [45_363.0, 739_323.0] {
+        let cells = rows(|k| format!("{:.10},{}", day + 0.4 + swing(k).0 / 86_400.0, swing(k).1));
+        let reading = read(&format!("Time,Angle (rad)\n{cells}"));
+        assert!(notes(&reading).contains("days"), "{}", notes(&reading));
+    }
+    let reading = read(&format!("Time,Angle (rad)\n{}", rows(|k| format!("{},{}", swing(k).0, swing(k).1))));
+    assert!(!notes(&reading).contains("days"), "{}", notes(&reading));
+}
+
+#[test]
 fn headers_of_blocks_are_no_samples() {
     let block = |from: usize| {
         let rows: String = (from..from + ROWS / 2).map(|k| format!("\t{:.6}\n", swing(k).1)).collect();
