@@ -14,7 +14,9 @@ pub(crate) fn values(lines: impl Iterator<Item = String>) -> Vec<(String, String
             values.push((name.trim().to_owned(), value.trim().to_owned()));
         } else if cells.iter().all(numeric) && before.len() == cells.len() {
             values.extend(before.drain(..).zip(cells.iter().cloned()).filter(|(name, _)| !name.is_empty()));
-        } else if cells.len() >= 2 && !numeric(&cells[0]) && numeric(&cells[1]) {
+        } else if cells.len() >= 2
+            && (!numeric(&cells[0]) && numeric(&cells[1]) || is_vertical_unit(&cells[0]))
+        {
             values.push((cells[0].clone(), cells[1].clone()));
         }
         before = if cells.iter().any(numeric) { Vec::new() } else { cells };
@@ -22,12 +24,24 @@ pub(crate) fn values(lines: impl Iterator<Item = String>) -> Vec<(String, String
     values
 }
 
+/// A value without separators around it: `,Volt` of `YUnits:,Volt`.
+fn plain(value: &str) -> &str {
+    value.trim_matches([',', ';', '\t', ' ', '"'])
+}
+
+/// Whether a line names the unit of what an oscilloscope draws: `Vertical Units`.
+fn is_vertical_unit(name: &str) -> bool {
+    let letters: String = name.to_lowercase().chars().filter(|c| c.is_alphabetic()).collect();
+    ["verticalunit", "verticalunits", "yunit", "yunits", "vunit", "vunits"].contains(&letters.as_str())
+}
+
 /// A unit of the signal named in the preamble.
 pub(super) fn named_unit(values: &[(String, String)]) -> Option<&str> {
     let is_unit =
         |name: &str| ["unit", "einheit", "unità", "unidad"].iter().any(|u| name.to_lowercase().contains(u));
     let signal = |unit: &str| matches!(units::measures(unit), Some(Measures::Signal(_) | Measures::Level(_)));
-    values.iter().find(|(name, value)| is_unit(name) && signal(value)).map(|(_, value)| value.as_str())
+    let found = values.iter().find(|(name, value)| is_unit(name) && signal(plain(value)));
+    found.map(|(_, value)| plain(value))
 }
 
 /// A sampling rate (Hz) named in the preamble.

@@ -329,6 +329,15 @@ fn day_numbers_get_the_hint_of_days() {
 }
 
 #[test]
+fn lines_of_an_oscilloscope_name_the_unit_of_its_samples() {
+    for line in ["Vertical Units,V", "YUnits:,Volt", "\"VUnit\",\"V\""] {
+        let cells = rows(|k| format!("{},{}", swing(k).0, swing(k).1));
+        let reading = read(&format!("Model,X1\n{line}\nHorizontal Units,s\nTIME,CH1\n{cells}"));
+        assert_eq!(reading.record.unit().chars().next(), Some('V'), "{line}");
+    }
+}
+
+#[test]
 fn headers_of_blocks_are_no_samples() {
     let block = |from: usize| {
         let rows: String = (from..from + ROWS / 2).map(|k| format!("\t{:.6}\n", swing(k).1)).collect();
