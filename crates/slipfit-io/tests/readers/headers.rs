@@ -362,3 +362,11 @@ fn headers_of_blocks_are_no_samples() {
     assert!((x - swing(ROWS - 1).1).abs() < 1e-9 && t < 5.0, "{t} s: {x}");
     assert!(reading.report.skipped.iter().any(|s| s.reason.contains("block's header") && s.rows == 7));
 }
+
+#[test]
+fn rows_between_brackets_are_rows() {
+    for ends in [["[", "]"], ["(", "),"], ["[", "],"]] {
+        let reading = read(&rows(|k| format!("{}{:.2}, {}{}", ends[0], swing(k).0, swing(k).1, ends[1])));
+        assert_is_swing(&reading);
+    }
+}

@@ -32,6 +32,8 @@ pub(super) enum Rewrite {
     Labelled(Labels),
     /// Settings stand beside the first rows.
     Beside(Settings),
+    /// Brackets stand around each row.
+    Bracketed,
     /// So many numbers a row, of which each takes two cells.
     Halved(usize),
 }
@@ -43,6 +45,7 @@ impl Rewrite {
         stamped(lines)
             .map(Self::Stamped)
             .or_else(|| Annotations::find(lines).map(Self::Annotated))
+            .or_else(|| are_bracketed(first).then_some(Self::Bracketed))
             .or_else(|| Labels::find(first, FEWEST).map(Self::Labelled))
     }
 
@@ -71,6 +74,7 @@ impl Rewrite {
             Self::Stamped(separator) => &|line, out| with_stamp_behind(line, *separator, out),
             Self::Labelled(labels) => &|line, out| labels.line(line, out),
             Self::Beside(settings) => &|line, out| settings.line(line, out),
+            Self::Bracketed => &|line, out| out.extend_from_slice(within_brackets(line).unwrap_or(line)),
             Self::Halved(numbers) => &|line, out| joined(line, *numbers, out),
         };
         let mut out = Vec::with_capacity(bytes.len());
@@ -88,7 +92,7 @@ impl Rewrite {
             Self::Annotated(annotations) => annotations.names(),
             Self::Labelled(labels) => labels.names(),
             Self::Beside(settings) => settings.names(),
-            Self::Stamped(_) | Self::Halved(_) => Vec::new(),
+            Self::Stamped(_) | Self::Bracketed | Self::Halved(_) => Vec::new(),
         }
     }
 
@@ -108,6 +112,7 @@ impl Rewrite {
                 Note::new("the stamps of a serial monitor in front of `->` were read as the last column")
             }
             Self::Labelled(labels) => labels.note(),
+            Self::Bracketed => Note::new("the brackets around each row were left out"),
             Self::Beside(settings) => settings.note(),
             Self::Halved(numbers) => Note::new(format!(
                 "commas separate the cells and are decimal marks too: the {} cells of each row were read as {numbers} numbers",
@@ -115,6 +120,28 @@ impl Rewrite {
             )),
         }
     }
+}
+
+/// The cells of a line between brackets, `[0.0, 1.0]` or `(0.0, 1.0),`.
+fn within_brackets(line: &[u8]) -> Option<&[u8]> {
+    let line = line.trim_ascii();
+    let line = line.strip_suffix(b",").unwrap_or(line).trim_ascii_end();
+    match line {
+        [b'[', cells @ .., b']'] | [b'(', cells @ .., b')'] => Some(cells),
+        _ => None,
+    }
+}
+
+/// Whether most lines are rows of numbers between brackets.
+fn are_bracketed(lines: &[&[u8]]) -> bool {
+    let numbers = |cells: &[u8]| {
+        let cells = dialect::cells(cells, Delimiter::Comma);
+        cells.len() > 1
+            && cells.iter().all(|cell| number::number(number::trim(cell), Decimal::Point).is_some())
+    };
+    let filled = lines.iter().filter(|line| !line.trim_ascii().is_empty()).count();
+    let rows = lines.iter().filter(|line| within_brackets(line).is_some_and(numbers)).count();
+    rows >= FEWEST && 2 * rows > filled
 }
 
 /// A stamp and what was received then, of a line such as `12:34:56.789 -> 512`.
