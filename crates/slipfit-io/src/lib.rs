@@ -266,6 +266,16 @@ pub fn unit_of_name(name: &str) -> Option<String> {
     Some(columns::name::Name::parse(name).unit).filter(|unit| columns::units::is_known(unit))
 }
 
+/// Bytes of a file as text: UTF-8, else Windows-1252, as headers are read.
+///
+/// ```
+/// assert_eq!(slipfit_io::text_of(b"Gr\xf6\xdfe (\xb5m)"), "Größe (µm)");
+/// ```
+#[must_use]
+pub fn text_of(bytes: &[u8]) -> std::borrow::Cow<'_, str> {
+    tables::text::decoded(bytes)
+}
+
 /// Reads drive levels and the amplitudes they gave.
 ///
 /// A table with a column of frequencies besides holds a curve for each level;

@@ -101,7 +101,7 @@ fn first_lines(head: &[u8]) -> Vec<String> {
         if line.iter().any(|b| *b == 0 || *b == 0x1f) {
             return Vec::new();
         }
-        let text = String::from_utf8_lossy(line);
+        let text = slipfit_io::text_of(line);
         let text = text.trim_end().trim_start_matches('\u{feff}');
         lines.push(
             text.chars()
