@@ -4,8 +4,10 @@
 #![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
 mod changing;
+mod clocks;
 mod formats;
 mod headers;
+mod json;
 mod laboratory_curves;
 mod laboratory_records;
 mod random;
