@@ -149,6 +149,10 @@ fn values_wrapped_over_several_columns_are_one_signal() {
     let text =
         format!("# NPTS = {ROWS}\n# dt = 0.02\n{}", rows(|k| format!("{} {}", swing(k).1, 0.1 * swing(k).1)));
     assert_eq!(read(&text).record.len(), ROWS);
+    const LONG: usize = 300_000;
+    let long: String = (0..LONG).map(|k| format!("{:.2} {:.7}\n", swing(k).0, swing(k % ROWS).1)).collect();
+    assert!(long.len() > 4 << 20);
+    assert_eq!(read(&format!("# {LONG} points\n# dt = 0.02\n{long}")).record.len(), LONG);
 }
 
 #[test]

@@ -137,11 +137,13 @@ impl<R: Read> Text<R> {
         Ok(text)
     }
 
-    /// Whether the text holds as many values as its header states; one that is longer than the window is believed.
+    /// Whether the text holds as many values as its header states; of one that is longer than the window its size tells.
     fn is_wrapped(&self, wrapped: Wrapped) -> bool {
-        let window = self.source.window().len();
-        let all = || self.plan(0, &wrapped.all()).part(self.rows(window, self.tables[0].layout.first_line));
-        !self.source.ended() || wrapped.fits(all())
+        if !self.source.ended() {
+            return self.size.is_some() && wrapped.fits_about(self.rows_expected());
+        }
+        let (window, first_line) = (self.source.window().len(), self.tables[0].layout.first_line);
+        wrapped.fits(self.plan(0, &wrapped.all()).part(self.rows(window, first_line)))
     }
 
     /// The tables one below the other, where a text that is held has several.

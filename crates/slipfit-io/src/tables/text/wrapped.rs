@@ -11,6 +11,9 @@ use crate::{
     tables::table::Odd,
 };
 
+/// Part by which the number of rows is known that the size of a file tells.
+const WITHIN: f64 = 0.05;
+
 /// A signal that goes on from column to column and from line to line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Wrapped {
@@ -44,6 +47,11 @@ impl Wrapped {
         let values = self.joined(rows).columns.concat();
         let finite = values.iter().filter(|value| value.is_finite()).count();
         [finite, values.len()].iter().any(|n| (self.count..self.count + self.width).contains(n))
+    }
+
+    /// Whether about so many rows hold the values that the header states.
+    pub(super) fn fits_about(self, rows: usize) -> bool {
+        (rows as f64 * self.width as f64 / self.count as f64 - 1.0).abs() < WITHIN
     }
 
     /// Rows of several columns as one: where a row ends before the last column, the next follows at once.
