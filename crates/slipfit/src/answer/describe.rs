@@ -22,6 +22,8 @@ pub(crate) struct LossFit<'a> {
     pub(crate) noise: NoiseModel,
     /// [`ReportCriteria::near_limit`](super::ReportCriteria::near_limit).
     pub(crate) near_limit: f64,
+    /// Other minima of the same sum of squares.
+    pub(crate) other_minima: &'a [Fit],
 }
 
 impl LossFit<'_> {
@@ -39,12 +41,20 @@ impl LossFit<'_> {
         most: Option<f64>,
         curved: bool,
     ) -> Option<Estimate> {
-        let Self { problem, unbounded, noise, .. } = *self;
+        let Self { problem, unbounded, noise, other_minima, .. } = *self;
         let constrained = constrained(problem, unbounded, others)?;
         let near = self.is_near_limit(others);
         let most = most.map_or(f64::INFINITY, |m| m.max(constrained.parameters[slot]));
         let range = [0.0, most];
-        let profile = Profile { problem, fit: &constrained, unbounded, noise, range, non_negative: others };
+        let profile = Profile {
+            problem,
+            fit: &constrained,
+            unbounded,
+            noise,
+            range,
+            non_negative: others,
+            other_minima,
+        };
         let mut found = profile.non_negative(slot, curved || near);
         found.interval[1] = found.interval[1].min(most);
         if !(found.interval[1] > 0.0) {

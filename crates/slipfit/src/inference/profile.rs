@@ -4,7 +4,7 @@ use super::Z_95;
 use super::interval::bounded_interval;
 use super::least_squares::{Fit, LeastSquares, descend_within};
 use super::noise::NoiseModel;
-use super::quadratic::QuadraticProfile;
+use super::quadratic::{QuadraticProfile, given};
 
 /// A parameter with its interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,6 +44,8 @@ pub(crate) struct Profile<'a> {
     pub(crate) range: [f64; 2],
     /// Other parameters that cannot be negative.
     pub(crate) non_negative: &'a [usize],
+    /// Other minima of the same sum of squares, from which the fits along the profile are begun as well.
+    pub(crate) other_minima: &'a [Fit],
 }
 
 /// Sum of squares over that of rounding up to which rounding is most of it.
@@ -142,10 +144,29 @@ impl<'a> Root<'a> {
         self.profile.fit.parameters[self.parameter]
     }
 
+    /// Root of the likelihood ratio of a sum of squares.
+    fn root_of(&self, rss: f64) -> f64 {
+        (rss - self.profile.fit.rss).max(0.0).sqrt() / self.unit
+    }
+
+    /// The outermost of the other minima on the side of `target` and short of it: its value, its root, and where the
+    /// target is by its curvature.
+    fn outermost_minimum(&self, target: f64) -> Option<[f64; 3]> {
+        let of = |other: &Fit| {
+            let (value, root) = (other.parameters[self.parameter], self.root_of(other.rss));
+            let left = (target * target - root * root).sqrt();
+            let step = (left * self.unit * other.unit_std(self.parameter)).copysign(target);
+            ((value - self.centre()) * target > 0.0 && root < target.abs())
+                .then(|| [value, root.copysign(target), value + step])
+        };
+        let far = |m: &[f64; 3]| (m[0] - self.centre()).abs();
+        self.profile.other_minima.iter().filter_map(of).max_by(|a, b| far(a).total_cmp(&far(b)))
+    }
+
     /// Signed root of the likelihood ratio at a fixed value of the parameter; `None` where the model does not exist
     /// and where the work for the search is used up.
     fn at(&self, value: f64) -> Option<f64> {
-        let Profile { problem, fit, unbounded, non_negative, .. } = *self.profile;
+        let Profile { problem, fit, unbounded, non_negative, other_minima, .. } = *self.profile;
         let free: Vec<usize> = unbounded.free.iter().copied().filter(|&i| i != self.parameter).collect();
         let rss = |start: &[f64], free: &[usize]| {
             descend_within(problem, start, free, non_negative, FIT_TOLERANCE).map(|(_, sums, _)| sums.rss)
@@ -154,7 +175,7 @@ impl<'a> Root<'a> {
             let moving: Vec<usize> = free.iter().copied().filter(|i| !near.on_limit.contains(i)).collect();
             rss(&near.parameters, &moving)
         });
-        let root = |rss: f64| (rss - fit.rss).max(0.0).sqrt() / self.unit;
+        let root = |rss: f64| self.root_of(rss);
         // So far off a search along the curved valleys of a limited parameter may have ended short of the minimum; that
         // of others has its work to spare.
         let limited = || unbounded.free.iter().any(|i| problem.range(*i)[1].is_finite());
@@ -164,6 +185,9 @@ impl<'a> Root<'a> {
             plain[self.parameter] = value;
             [foreseen, rss(&plain, &free)].into_iter().flatten().min_by(f64::total_cmp)
         });
+        let from_another = |other: &Fit| rss(&given(other, &[(self.parameter, value)])?.1, &free);
+        let found =
+            found.into_iter().chain(other_minima.iter().filter_map(from_another)).min_by(f64::total_cmp);
         if problem.is_spent() {
             return None;
         }
@@ -211,9 +235,10 @@ impl<'a> Root<'a> {
         }
         let clip = |v: f64| if target < 0.0 { v.max(limit) } else { v.min(limit) };
         // Inner end known to lie short of the target, outer end beyond it once found.
-        let (mut inner, mut inner_root) = (centre, 0.0);
+        let another = self.outermost_minimum(target);
+        let (mut inner, mut inner_root) = another.map_or((centre, 0.0), |[value, root, _]| (value, root));
         let mut outer: Option<(f64, f64)> = None;
-        let mut value = clip(self.guess(target, wide));
+        let mut value = clip(another.map_or_else(|| self.guess(target, wide), |[_, _, end]| end));
         for _ in 0..MOST_TRIALS {
             let found = self.at(value);
             if found.is_none() && self.profile.problem.is_spent() {
@@ -294,6 +319,7 @@ mod tests {
             noise: noise_model,
             range,
             non_negative: &[],
+            other_minima: &[],
         }
         .two_sided(1, true);
         // In b³ the interval is symmetric.
@@ -337,8 +363,15 @@ mod tests {
         for passes in 0..30 {
             problem.left.set(passes);
             let range = [f64::NEG_INFINITY, f64::INFINITY];
-            let p =
-                Profile { problem: &problem, fit: &fit, unbounded: &fit, noise, range, non_negative: &[] };
+            let p = Profile {
+                problem: &problem,
+                fit: &fit,
+                unbounded: &fit,
+                noise,
+                range,
+                non_negative: &[],
+                other_minima: &[],
+            };
             let [low, high] = p.two_sided(1, true).interval;
             assert!(low < fit.parameters[1] - 0.5 * straight, "{passes}: {low}");
             assert!(high > fit.parameters[1] + 0.5 * straight, "{passes}: {high}");
@@ -370,6 +403,7 @@ mod tests {
             noise,
             range: [0.0, most],
             non_negative: &[],
+            other_minima: &[],
         };
         assert_eq!(p.two_sided(1, true).interval[1], most);
     }

@@ -3,6 +3,7 @@
 use super::answer::{Answer, Breakaway, Diagnostics, LevelPoint};
 use super::branch::MovingBranch;
 use super::criteria::{Criteria, LevelCriteria};
+use super::exact_motion::on_the_line;
 use super::line::breakaway;
 use super::plateau::Adds;
 use super::quantities::{Calibrated, LineQuantities, inverse};
@@ -21,7 +22,8 @@ use std::f64::consts::TAU;
 /// R_0 = Q (x_0 - 4F/(pi k)) = Q x_0 - (4/pi) Q x_F       above the threshold, else next to nothing
 /// ```
 ///
-/// which the exact motion follows to `2 (x_F/R_0)²`. The levels are split into a stuck and a
+/// which the exact motion follows to `2 (x_F/R_0)²` at high Q. Where Q is known, what the exact motion at the undamped
+/// resonance reads beside the line is taken off the levels before, so that Q and friction hold at low Q too. The levels are split into a stuck and a
 /// moving branch where that describes all of them best; the moving branch gives slope and
 /// threshold, the split the breakaway. Without errors of the levels, noise that is constant and noise that grows with
 /// the amplitude both count, by their restricted likelihood; errors given are believed unless the levels scatter more.
@@ -66,6 +68,12 @@ pub fn analyse(levels: &Levels, options: &Options) -> Result<Answer, Error> {
 /// As [`analyse`].
 pub fn analyse_with(levels: &Levels, options: &Options, criteria: &Criteria) -> Result<Answer, Error> {
     check(options)?;
+    let line = |levels: &Levels| by_line(levels, options, criteria);
+    Ok(on_the_line(levels, line(levels)?, &criteria.levels, line))
+}
+
+/// What the line of eq. (9) says of levels.
+fn by_line(levels: &Levels, options: &Options, criteria: &Criteria) -> Result<Answer, Error> {
     let sorted = SortedLevels::of(levels);
     let branch = MovingBranch::of(&sorted, criteria).ok_or(Error::NoFit {
         reason: "fewer than three levels move, or the amplitude does not rise with the drive",

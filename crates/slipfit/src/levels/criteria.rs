@@ -36,6 +36,10 @@ criteria! {
             moves "breakaway and its warning";
         /// Standard errors above which the amplitude of the line lies there.
         expected_errors: f64 = 4.0, source "one level in 1e4 by chance", moves "breakaway and its warning";
+        /// Times, at most, that what the exact motion reads beside the line is taken off the levels.
+        exact_rounds: usize = 12, source "what is left falls to a third and less each time", moves "coverage at low Q";
+        /// Part of their standard errors by which Q and friction change in the last of them.
+        exact_settled: f64 = 0.02, source "small against the error that is reported", moves "coverage at low Q";
         /// Standard errors by which the amplitude of a level must stand out of the noise, where others stick, to have a part
         /// in the line.
         least_motion: f64 = 3.0, source "one stuck level in 100 reads as much", moves "threshold and slope of bent levels";

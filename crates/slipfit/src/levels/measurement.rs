@@ -51,6 +51,12 @@ impl Levels {
         }
     }
 
+    /// The same with other amplitudes, by as much smaller at each level.
+    pub(super) fn less(&self, by: &[f64]) -> Self {
+        let amplitude = self.amplitude.iter().zip(by).map(|(a, b)| a - b).collect();
+        Self { amplitude, ..self.clone() }
+    }
+
     /// Drive levels, in the order of measurement.
     pub fn drive(&self) -> &[f64] {
         &self.drive

@@ -7,6 +7,7 @@ mod bend;
 mod branch;
 mod criteria;
 mod curve;
+mod exact_motion;
 mod height;
 mod line;
 mod measurement;

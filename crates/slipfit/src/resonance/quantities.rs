@@ -21,7 +21,7 @@ use crate::{Error, Quantity};
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
 fn loss_fit<'a>(d: &FittedModels, problem: &'a Problem, unbounded: &'a Fit) -> LossFit<'a> {
-    LossFit { problem, unbounded, noise: d.comparison.noise, near_limit: d.near_limit }
+    LossFit { problem, unbounded, noise: d.comparison.noise, near_limit: d.near_limit, other_minima: &[] }
 }
 
 /// The coefficient of a loss term, in the chosen model or the one with the term besides.
@@ -210,6 +210,7 @@ fn drive_amplitude(d: &FittedModels, chosen: &ModelFit, unit: &str) -> Quantity 
         noise,
         range,
         non_negative: &losses,
+        other_minima: &[],
     }
     .two_sided(X_0, bends(d));
     let mut unbounded_value = chosen.unbounded.parameters[X_0];

@@ -142,6 +142,7 @@ pub(crate) fn fit_amplitudes<'a>(
         wandering: None,
         harmonics: None,
         several_minima: false,
+        other_minima: Vec::new(),
         outliers,
     })
 }

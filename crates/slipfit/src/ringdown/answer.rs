@@ -105,7 +105,8 @@ pub struct Diagnostics {
     /// `waveform` (every sample against the exact motion) or `envelope`
     /// (phase left free, amplitudes of short stretches).
     pub method: &'static str,
-    /// Noise of one sample as estimated inside short stretches, signal unit.
+    /// Noise of one sample as estimated inside short stretches, signal unit; that which the motion leaves where it leaves
+    /// less than half of it.
     pub noise_rms: f64,
     /// Variance of the noise about the frequency of the motion over that inside short stretches; 1
     /// where the amplitudes scatter by no more. Intervals count it.

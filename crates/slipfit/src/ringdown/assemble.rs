@@ -4,12 +4,14 @@ use super::compare::slot;
 use super::decay_series::{backbone, envelope_points, fitted_motion, loss_points};
 use super::envelope::{A0, DELTA, X_F, law_of};
 use super::evidence::Evidence;
+use super::fitted::FittedMotion;
 use super::free_law::free_law;
 use super::measured::BELOW_NOISE;
 use super::misfit::misfit;
 use super::quantities::{angular_frequency, displacement_of, parameters};
-use super::stop::stop;
-use super::waveform::OMEGA;
+use super::samples::Filtered;
+use super::stop::{FittedEnd, stop};
+use super::waveform::{OFFSET, OMEGA};
 use super::window::EndReason;
 use super::window_fit::Problem;
 use super::{Answer, Diagnostics, Distortion, EnvelopePoint, OtherMode, Segment, Stop};
@@ -58,7 +60,7 @@ pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
     let (parameters, counted_losses) = parameters(e, chosen, omega);
     let diagnostics = Diagnostics { counted_losses, ..diagnostics };
     let friction_stops = sliding.detected && fit.rest_s().is_some_and(|t| t < e.fit.end);
-    let stop = stop_of(e, friction_stops);
+    let stop = stop_of(e, chosen, &fit, friction_stops);
     let mut models = candidates(comparison, |f| rms(e, f), |f| values(e, f, omega));
     // A loss whose limit is lifted may grow beyond all numbers over a long record: it describes nothing.
     models.retain(|candidate| candidate.rms.is_finite() || candidate.model == chosen.model);
@@ -138,14 +140,38 @@ fn correlations(e: &Evidence, chosen: &ModelFit) -> Vec<Correlation> {
 /// The rest after the motion, where the samples are positions and the end is not set by hand.
 ///
 /// A rest that the converter does not resolve hides fading swings as well as a stop: the fitted motion tells them apart.
-fn stop_of(e: &Evidence, friction_stops: bool) -> Option<Stop> {
+fn stop_of(e: &Evidence, chosen: &ModelFit, fit: &FittedMotion, friction_stops: bool) -> Option<Stop> {
     if e.record.kind() != SignalKind::Displacement || e.options.end_s.is_some() {
         return None;
     }
     let samples = e.samples.with_rest();
     let converter_step = samples.converter_step(e.criteria.blocks.distinct_values);
     let rests = e.measured.window.end_reason == EndReason::Rest || e.samples.rest.is_some() && friction_stops;
-    stop(&samples, e.measured, converter_step, rests, &e.criteria.stop)
+    let last = e.measured.points.last()?;
+    let last_turn_s = fit.rest_s().filter(|_| friction_stops);
+    let middle = match &e.fit.problem {
+        Problem::Waveform(_) => {
+            let offset =
+                fit.phase_at(last_turn_s.unwrap_or(e.fit.end)).map_or(last.offset, |knot| knot.offset);
+            [offset, e.fit.comparison.noise.std_error(&chosen.bounded, OFFSET)]
+        }
+        Problem::Envelope(_) => middle_of(&e.measured.points, e.measured.noise_rms),
+    };
+    let fitted = FittedEnd { last_turn_s, middle };
+    stop(&samples, e.measured, &fitted, converter_step, rests, &e.criteria.stop)
+}
+
+/// Blocks by which the middle of the oscillation is told at its end.
+const LAST_BLOCKS: usize = 5;
+
+/// The middle of an oscillation at its end, and its standard error, by the offsets of its last blocks. That of the very
+/// last is off by a part of the amplitude that it loses.
+fn middle_of(points: &[Block], noise_rms: f64) -> [f64; 2] {
+    let last = &points[points.len().saturating_sub(LAST_BLOCKS + 1)..(points.len() - 1).max(1)];
+    let mean = last.iter().map(|b| b.offset).sum::<f64>() / last.len() as f64;
+    let scatter = last.iter().map(|b| (b.offset - mean).powi(2)).sum::<f64>() / last.len() as f64;
+    let of_noise = noise_rms.powi(2) * last.iter().map(|b| b.unit_variance).sum::<f64>() / last.len() as f64;
+    [mean, (scatter.max(of_noise) / last.len() as f64).sqrt()]
 }
 
 /// Part of a window within which two of its times are one.
@@ -202,7 +228,13 @@ fn diagnostics(
         Problem::Waveform(_) => (chosen.bounded.rss / e.fit.comparison.noise.observations).sqrt(),
         Problem::Envelope(_) => variance.sqrt(),
     };
-    let noise = e.measured.noise_rms;
+    // Turns leave a block more than its noise where friction is large: noise beyond what the motion leaves is none.
+    let within_blocks = e.measured.noise_rms;
+    let of_all = matches!(e.fit.problem, Problem::Waveform(_)) && e.samples.filtered == Filtered::Nothing;
+    let noise = match of_all && within_blocks.powi(2) > e.criteria.answer.misfit * variance {
+        true => variance.sqrt(),
+        false => within_blocks,
+    };
     // Below its standard error an amplitude is not distinguishable from zero.
     let measured_to = e.measured.points.last().map_or(0.0, |last| last.std_error(noise));
     let last = last_amplitude(e, law).max(measured_to);
@@ -279,4 +311,26 @@ fn other_modes(e: &Evidence) -> (Vec<OtherMode>, Option<Distortion>) {
     let distortion = spectrum::strongest_harmonic(&periodogram, main, noise, &e.criteria.spectrum)
         .map(|(order, amplitude)| Distortion { order, relative_amplitude: amplitude / own.amplitude });
     (others, distortion)
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::motion::decay::FreeDecay;
+    use crate::noise::jitter;
+    use crate::ringdown::{Options, analyse};
+    use crate::{Oscillator, Record};
+    use std::f64::consts::TAU;
+
+    /// Half cycles about two centres, which no block of a cycle describes to a millionth.
+    #[test]
+    fn turns_are_no_noise() {
+        for noise in [1e-7, 1e-5, 2e-3] {
+            let oscillator = Oscillator::kinematic(TAU * 1.2, TAU * 0.01, 0.005).expect("valid");
+            let decay = FreeDecay::from_rest(&oscillator, 0.4).expect("valid");
+            let at = |i: usize| decay.displacement(i as f64 / 50.0) + noise * jitter(i, 6);
+            let record = Record::uniform(50.0, (0..1000).map(at).collect()).expect("valid");
+            let found = analyse(&record, &Options::default()).expect("fits").diagnostics;
+            assert!((0.7..1.5).contains(&(found.noise_rms / noise)), "{} for {noise}", found.noise_rms);
+        }
+    }
 }

@@ -6,15 +6,16 @@
 
 use super::criteria::WaveformCriteria;
 use super::envelope::{X_F, law_of};
-use super::waveform::{OMEGA, RestLevel, Waveform};
+use super::waveform::{OMEGA, PHASE, RestLevel, Waveform};
 use crate::inference::least_squares::{Fit, LeastSquares, Normal, STEP_TOLERANCE, by_rss, minimise_until};
 use crate::inference::quadratic::given;
 use crate::numeric::order::ascending;
 use std::f64::consts::PI;
 
-/// Steps of the search in which the place of rest moves by `x_F`, and most steps to either side.
+/// Steps of the search in which the place of rest moves by `x_F`, and steps to either side: where few swings end near the
+/// edge of the stick zone, two minima may be closer to each other than such steps.
 const STEPS_PER_FRICTION: f64 = 3.0;
-const MOST_STEPS: usize = 80;
+const STEPS: [usize; 2] = [8, 80];
 /// Minima descended into, of those met along the search.
 const DESCENDED: usize = 3;
 /// Standard errors beyond which a minimum is another one.
@@ -23,8 +24,8 @@ const APART: f64 = 0.3;
 /// The lowest minimum over all last swings.
 pub(super) struct LastSwing {
     pub(super) fit: Fit,
-    /// No other last swing explains the samples nearly as well.
-    pub(super) is_known: bool,
+    /// The minima of other last swings that explain the samples nearly as well.
+    pub(super) others: Vec<Fit>,
 }
 
 impl LastSwing {
@@ -50,11 +51,9 @@ impl LastSwing {
         let variance = fit.rss / (problem.observations() - fit.free.len() as f64).max(1.0);
         let apart = APART * fit.unit_std(X_F) * variance.sqrt();
         let is_other = |other: &Fit| (other.parameters[X_F] - fit.parameters[X_F]).abs() > apart;
-        let next = minima.iter().find(|other| is_other(other));
-        let is_known = next.is_none_or(|next| {
-            next.rss - fit.rss > criteria.last_swing_variances * variance * inflation(&fit)
-        });
-        Self { fit, is_known }
+        let most = fit.rss + criteria.last_swing_variances * variance * inflation(&fit);
+        minima.retain(|other| is_other(other) && other.rss <= most);
+        Self { fit, others: minima }
     }
 }
 
@@ -69,8 +68,9 @@ fn other_minima(problem: &Waveform, fit: &Fit, errors: f64) -> Option<Vec<Fit>> 
     // Every swing takes 2 x_F: a change of x_F moves the place of rest by as many of it.
     let swings = omega * stop_s / PI;
     let finest = x_f / (STEPS_PER_FRICTION * 2.0 * swings.max(1.0));
-    let steps = ((reach / finest).ceil() as usize).clamp(1, MOST_STEPS);
-    let step = finest.max(reach / steps as f64);
+    let reach = reach.max(finest);
+    let steps = ((reach / finest).ceil() as usize).clamp(STEPS[0], STEPS[1]);
+    let step = reach / steps as f64;
     let mut sums = Normal::zeros(problem.parameters());
     let seen: Vec<(f64, Vec<f64>)> = (0..=2 * steps)
         .map(|i| x_f + step * (i as f64 - steps as f64))
@@ -78,12 +78,48 @@ fn other_minima(problem: &Waveform, fit: &Fit, errors: f64) -> Option<Vec<Fit>> 
         .filter_map(|x| given(&motion, &[(X_F, x)]))
         .filter_map(|(_, p)| problem.normal_of(&p, &[], &mut sums, f64::INFINITY).then_some((sums.rss, p)))
         .collect();
-    let at = |i: usize| seen.get(i).map_or(f64::INFINITY, |s| s.0);
-    let lowest = |i: &usize| at(*i) <= at(i + 1) && (*i == 0 || at(*i) <= at(i - 1));
+    let turns: Vec<f64> = seen.iter().map(|(_, p)| last_turn(p)).collect();
+    // Of motions with another last swing every one has a minimum of its own, which a step may pass over.
+    let at = |i: usize, turn: f64| if turns.get(i) == Some(&turn) { seen[i].0 } else { f64::INFINITY };
+    let lowest = |i: &usize| {
+        let (rss, turn) = (seen[*i].0, turns[*i]);
+        rss <= at(i + 1, turn) && (*i == 0 || rss <= at(i - 1, turn))
+    };
     let minima: Vec<usize> = (0..seen.len()).filter(lowest).collect();
-    let rss: Vec<f64> = minima.iter().map(|i| at(*i)).collect();
+    let rss: Vec<f64> = minima.iter().map(|i| seen[*i].0).collect();
     let descend = |i: usize| minimise_until(problem, &seen[minima[i]].1, &fit.free, STEP_TOLERANCE, true);
     Some(ascending(&rss).into_iter().take(DESCENDED).filter_map(descend).collect())
+}
+
+/// Whether a swing more, or one less, would change the samples too little to be seen: the mass stops near the edge of the
+/// stick zone, or passed it by as little.
+///
+/// A swing of amplitude `m` leaves the place of rest where it would be without it, by `m (1 + cos theta)`: its square over
+/// the samples of the swing is `1.5 m²` each.
+pub(super) fn is_hidden(problem: &Waveform, fit: &Fit, variances: f64) -> bool {
+    let p = &fit.parameters;
+    let law = law_of(p, p[OMEGA]);
+    let turn = last_turn(p);
+    let beyond = |turn: f64| law.amplitude((turn * PI - p[PHASE]) / p[OMEGA]).abs() - p[X_F];
+    let swing = beyond(turn).abs().min(beyond(turn - 1.0).abs());
+    let samples = problem.observations() * PI / (p[OMEGA] * problem.duration);
+    let variance = fit.rss / problem.observations();
+    turn.is_finite() && 1.5 * swing * swing * samples < variances * variance
+}
+
+/// Whether a friction displacement within `reach` of a fit gives the motion another last swing. The sum of squares has a
+/// kink where it changes, beyond which the curvature at the minimum says nothing.
+pub(super) fn may_be_another(fit: &Fit, reach: f64) -> bool {
+    let turn = last_turn(&fit.parameters);
+    let differs = |x_f: f64| given(fit, &[(X_F, x_f)]).is_some_and(|(_, p)| last_turn(&p) != turn);
+    turn.is_finite() && [-1.0, 1.0].iter().any(|side| differs(fit.parameters[X_F] + side * reach))
+}
+
+/// Number of the turning point at which friction stops a motion, by its phase without disturbances; infinite of one that
+/// does not stop.
+fn last_turn(p: &[f64]) -> f64 {
+    let stuck_s = law_of(p, p[OMEGA]).time_to(p[X_F]);
+    stuck_s.map_or(f64::INFINITY, |t| ((p[PHASE] + p[OMEGA] * t) / PI).ceil())
 }
 
 #[cfg(test)]
@@ -109,6 +145,43 @@ mod tests {
             Record::new(time.clone(), time.iter().enumerate().map(noisy).collect()).expect("valid")
         };
         assert_held(record, &Options::default(), Parameter::FRICTION_DISPLACEMENT, x_f);
+    }
+
+    /// One cycle that ends at 0.97 of the friction displacement: a swing more from just beyond it differs by two thousandths
+    /// of the amplitude.
+    #[test]
+    fn friction_is_held_where_the_mass_stops_near_the_edge_of_the_stick_zone() {
+        let oscillator = Oscillator::kinematic(TAU, PI / 3.0, 0.1).expect("valid");
+        let decay = FreeDecay::from_rest(&oscillator, 1.0).expect("valid");
+        let record = |repeat: usize| {
+            let time: Vec<f64> = (0..400).map(|i| f64::from(i) / 40.0).collect();
+            let noisy =
+                |(i, &t): (usize, &f64)| decay.displacement(t) + 1.26e-3 * jitter(repeat * 400 + i, 9);
+            Record::new(time.clone(), time.iter().enumerate().map(noisy).collect()).expect("valid")
+        };
+        assert_held(record, &Options::default(), Parameter::FRICTION_DISPLACEMENT, 0.1);
+        assert_held(record, &Options::default(), Parameter::DECAY_RATE, PI / 3.0);
+    }
+
+    /// Four hundred half cycles that end at 0.9 of the friction displacement, which is the noise of a sample: the swing more
+    /// that a smaller friction gives is a tenth of the noise.
+    #[test]
+    fn friction_is_held_where_a_swing_more_could_not_be_seen() {
+        let (q, x_f, noise) = (330.0, 4.2006e-4, 9e-4);
+        let oscillator = Oscillator::kinematic(TAU, PI / q, x_f).expect("valid");
+        let decay = FreeDecay::from_rest(&oscillator, 1.0).expect("valid");
+        let stop = decay.stop().expect("stops");
+        let left = 1.0 - stop.position.abs() / x_f;
+        assert!((0.02..0.15).contains(&left), "{left}");
+        let count = (3.0 * stop.time_s * 21.0) as usize;
+        let time: Vec<f64> = (0..count).map(|i| i as f64 / 21.0).collect();
+        let clean: Vec<f64> = time.iter().map(|t| decay.displacement(*t)).collect();
+        let record = |repeat: usize| {
+            let noisy = |(i, x): (usize, &f64)| x + noise * jitter(repeat * count + i, 11);
+            Record::new(time.clone(), clean.iter().enumerate().map(noisy).collect()).expect("valid")
+        };
+        assert_held(record, &Options::default(), Parameter::FRICTION_DISPLACEMENT, x_f);
+        assert_held(record, &Options::default(), Parameter::DECAY_RATE, PI / q);
     }
 
     /// Motions that stop in their records, at 20 and 50 dB: the reported one is the closest of all, whatever the

@@ -1,13 +1,16 @@
 //! The parameters a person reads, with their uncertainties and units.
 
 use super::compare::slot;
-use super::envelope::{A0, law_of};
+use super::envelope::{A0, X_F, law_of};
 use super::evidence::Evidence;
+use super::last_swing::may_be_another;
 use super::waveform::OMEGA;
 use super::window_fit::Problem;
 use crate::answer::averaged::{self, absent_losses, exchanged_losses};
 use crate::answer::calibration::physical;
-use crate::answer::describe::{LossFit, fit_of, non_negative, q_factor, symmetric, undetermined, unknown};
+use crate::answer::describe::{
+    LossFit, error_of_interval, fit_of, non_negative, q_factor, symmetric, undetermined, unknown,
+};
 use crate::answer::{Parameter, Parameters};
 use crate::inference::Z_95;
 use crate::inference::model_selection::{ModelComparison, ModelFit};
@@ -116,6 +119,7 @@ fn loss_fit<'a>(e: &'a Evidence<'_>, fit: &'a ModelFit) -> LossFit<'a> {
         unbounded: &fit.unbounded,
         noise: e.fit.comparison.noise,
         near_limit: e.criteria.report.near_limit,
+        other_minima: &e.fit.other_minima,
     }
 }
 
@@ -126,12 +130,28 @@ fn loss_term(e: &Evidence, chosen: &ModelFit, term: LossTerm, counted: &mut Vec<
     let found = fit.map_or_else(unknown, |fit| {
         // No loss exceeds what it would be alone: the others are not negative.
         let most = comparison.most(term, slot(term));
-        let found = loss_fit(e, fit).estimate(slot(term), &fit.other_slots(term, slot), most, false);
-        let found = found.unwrap_or_else(|| undetermined(fit.bounded.parameters[slot(term)], most));
+        let curved = is_near_another_last_swing(e, fit);
+        let found = loss_fit(e, fit).estimate(slot(term), &fit.other_slots(term, slot), most, curved);
+        let mut found = found.unwrap_or_else(|| undetermined(fit.bounded.parameters[slot(term)], most));
+        if curved {
+            found.std_error = found.std_error.max(error_of_interval(found.value, found.interval));
+        }
         beside_smaller_models(comparison, fit, slot(term), beside_other_minima(e, fit, found, most))
     });
     let found = non_negative(found, present, Parameter::Loss(term).unit(e.record.unit()));
     with_absent_losses(e, chosen, (slot(term), Some(term)), found, counted)
+}
+
+/// Whether the motion stops in the window, and at another turning point for a friction displacement that the samples do not
+/// exclude.
+fn is_near_another_last_swing(e: &Evidence, fit: &ModelFit) -> bool {
+    let Problem::Waveform(problem) = &e.fit.problem else { return false };
+    let fit = &fit.unbounded;
+    let p = &fit.parameters;
+    let stops = fit.free.contains(&X_F)
+        && law_of(p, p[OMEGA]).stop_time_s().is_some_and(|stop_s| stop_s < problem.duration);
+    let reach = e.criteria.waveform.last_swing_errors * e.fit.comparison.noise.std_error(fit, X_F);
+    stops && (!e.fit.other_minima.is_empty() || may_be_another(fit, reach))
 }
 
 /// An estimate that cannot be negative, nor above `most`, as several minima leave it.
@@ -218,6 +238,7 @@ fn shape(e: &Evidence, chosen: &ModelFit, term: LossTerm) -> Option<(Parameter, 
         noise: e.fit.comparison.noise,
         range: shape.range,
         non_negative: &others,
+        other_minima: &e.fit.other_minima,
     };
     let found = profile.two_sided(slot_of, true);
     let quantity = Quantity {
@@ -234,7 +255,7 @@ fn shape(e: &Evidence, chosen: &ModelFit, term: LossTerm) -> Option<(Parameter, 
 fn initial_amplitude(e: &Evidence, chosen: &ModelFit) -> Quantity {
     let (noise, unit) = (e.fit.comparison.noise, e.record.unit());
     let slots: Vec<usize> = chosen.model.terms().map(slot).collect();
-    if !loss_fit(e, chosen).is_near_limit(&slots) {
+    if !loss_fit(e, chosen).is_near_limit(&slots) && !is_near_another_last_swing(e, chosen) {
         return symmetric(noise, &chosen.unbounded, A0, [1.0, 0.0], unit);
     }
     let problem = e.fit.problem.least_squares();
@@ -246,6 +267,7 @@ fn initial_amplitude(e: &Evidence, chosen: &ModelFit) -> Quantity {
         noise,
         range,
         non_negative: &slots,
+        other_minima: &e.fit.other_minima,
     };
     let found = beside_other_minima(e, chosen, profile.two_sided(A0, true), None);
     let half = (found.interval[1] - found.interval[0]) / (2.0 * Z_95);

@@ -7,15 +7,25 @@ use super::samples::Samples;
 use crate::signal::blocks::Block;
 use std::f64::consts::TAU;
 
+/// What a fit knows of the end of its motion.
+pub(crate) struct FittedEnd {
+    /// The last turning point, where friction stops the motion.
+    pub(crate) last_turn_s: Option<f64>,
+    /// The middle of the oscillation there, and its standard error.
+    pub(crate) middle: [f64; 2],
+}
+
 /// The rest after the last block of the decay, if the record goes on and holds still.
 /// `converter_step` is that of the samples, zero if unknown; `rests` where the motion is known to stop in them.
 pub(crate) fn stop(
     samples: &Samples,
     measured: &MeasuredDecay,
+    fitted: &FittedEnd,
     converter_step: f64,
     rests: bool,
     criteria: &StopCriteria,
 ) -> Option<Stop> {
+    let [middle, middle_error] = fitted.middle;
     let (time, signal) = (&samples.time[..], &samples.signal[..]);
     let last = measured.points.last()?;
     // The phase of a strange record may run backwards.
@@ -28,8 +38,8 @@ pub(crate) fn stop(
     if let Some(silent) = silence(time, last, period, criteria) {
         return Some(Stop {
             time_s: time[silent],
-            position: signal[silent] - last.offset,
-            position_std_error: measured.noise_rms.hypot(converter_step),
+            position: signal[silent] - middle,
+            position_std_error: measured.noise_rms.hypot(converter_step).hypot(middle_error),
             static_displacement: None,
         });
     }
@@ -58,9 +68,9 @@ pub(crate) fn stop(
     }
     let error = scatter / (tail as f64).sqrt();
     Some(Stop {
-        time_s: time[moving + 1],
-        position: position - last.offset,
-        position_std_error: error.hypot(measured.noise_rms * last.unit_variance.sqrt()),
+        time_s: fitted.last_turn_s.unwrap_or(time[moving + 1]),
+        position: position - middle,
+        position_std_error: error.hypot(middle_error),
         static_displacement: None,
     })
 }
@@ -81,6 +91,29 @@ mod tests {
     use crate::ringdown::{Options, analyse};
     use crate::{Oscillator, Record};
     use std::f64::consts::TAU;
+
+    /// The last turning point and the place of rest, to a fiftieth of a period and within the errors.
+    #[test]
+    fn the_stop_is_that_of_the_last_turning_point() {
+        for (q, x_f, noise) in [(60.0, 0.01, 2e-3), (20.0, 0.01, 1e-4), (60.0, 0.02, 1e-8)] {
+            let oscillator = Oscillator::kinematic(TAU * 1.2, TAU * 0.6 / q, x_f).expect("valid");
+            let decay = FreeDecay::from_rest(&oscillator, 0.4).expect("valid");
+            let truth = decay.stop().expect("stops");
+            for repeat in 0..8 {
+                let at =
+                    |i: usize| decay.displacement(i as f64 / 50.0) + noise * jitter(i + 3000 * repeat, 8);
+                let record = Record::uniform(50.0, (0..3000).map(at).collect()).expect("valid");
+                let found =
+                    analyse(&record, &Options::default()).expect("fits").stop.expect("it comes to rest");
+                assert!(
+                    (found.time_s - truth.time_s).abs() < 0.02 / 1.2,
+                    "{q} {noise}: {found:?} for {truth:?}"
+                );
+                let off = (found.position - truth.position) / found.position_std_error;
+                assert!(off.abs() < 4.0, "{q} {noise}: {found:?} for {truth:?}");
+            }
+        }
+    }
 
     /// Three releases: the stop is that of the motion that the answer describes.
     #[test]

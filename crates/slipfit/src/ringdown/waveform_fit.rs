@@ -4,7 +4,7 @@ use super::cluster_jackknife::inflation_of_samples;
 use super::compare::{LastSteps, Models, Search, WholeLoss, compare, loss_parameters, offer, slots};
 use super::criteria::{Criteria, WaveformCriteria};
 use super::envelope::{A0, DELTA, DRAG, X_F, law_of};
-use super::last_swing::LastSwing;
+use super::last_swing::{LastSwing, is_hidden};
 use super::measured::MeasuredDecay;
 use super::nuisance_selection::{ALWAYS, NuisanceSelection, OPTIONAL, in_order, minimum};
 use super::remainder::{Remainder, harmonics};
@@ -128,13 +128,15 @@ fn fit_with_rest<'a>(
         start[DRAG] = 0.0;
         fit = minimum(&problem, &start, &fit.free)?;
     }
-    let mut several_minima = side_minima;
-    if side_minima && stops(&fit, duration) && rest != RestLevel::Free {
+    let (mut several_minima, mut other_minima) = (side_minima, Vec::new());
+    let hidden = || is_hidden(&problem, &fit, criteria.waveform.last_swing_variances);
+    if rest != RestLevel::Free && stops(&fit, duration) && (side_minima || hidden()) {
         let inflation = |fit: &Fit| window.remainder(&problem, fit).serial_inflation;
         let last = LastSwing::search(&problem, fit, inflation, &criteria.waveform);
         fit = last.fit;
-        several_minima = !last.is_known;
-        if rest == RestLevel::Exact && !last.is_known {
+        several_minima = !last.others.is_empty();
+        other_minima = last.others;
+        if rest == RestLevel::Exact && several_minima {
             let (start, rest) = (fit.parameters, RestLevel::Bounded);
             return fit_with_rest(samples, measured, range, start, rest, (asked, models), criteria);
         }
@@ -174,6 +176,7 @@ fn fit_with_rest<'a>(
         wandering,
         harmonics,
         several_minima,
+        other_minima,
         outliers: 0,
     };
     Some((fit, left.low_frequency))

@@ -7,7 +7,7 @@ use super::remainder::Harmonics;
 use super::wandering_phase::WanderingPhase;
 use super::waveform::Waveform;
 use crate::inference::evidence::chi_square_tail;
-use crate::inference::least_squares::LeastSquares;
+use crate::inference::least_squares::{Fit, LeastSquares};
 use crate::inference::model_selection::ModelComparison;
 
 /// Every loss model fitted to the data of one window.
@@ -32,6 +32,8 @@ pub(crate) struct WindowFit<'a> {
     pub(crate) harmonics: Option<Harmonics>,
     /// Another last swing explains the samples nearly as well: the sum of squares has several minima.
     pub(crate) several_minima: bool,
+    /// The minima with another last swing that explain the samples nearly as well.
+    pub(crate) other_minima: Vec<Fit>,
     /// Blocks left out because they lie far off every law.
     pub(crate) outliers: usize,
 }
