@@ -130,7 +130,7 @@ fn fit_with_rest<'a>(
     }
     let (mut several_minima, mut other_minima) = (side_minima, Vec::new());
     let hidden = || is_hidden(&problem, &fit, criteria.waveform.last_swing_variances);
-    if rest != RestLevel::Free && stops(&fit, duration) && (side_minima || hidden()) {
+    if rest != RestLevel::Free && stops(&fit, duration) && (side_minima || few && hidden()) {
         let inflation = |fit: &Fit| window.remainder(&problem, fit).serial_inflation;
         let last = LastSwing::search(&problem, fit, inflation, &criteria.waveform);
         fit = last.fit;
