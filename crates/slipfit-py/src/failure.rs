@@ -183,6 +183,7 @@ pub(crate) fn core_error(py: Python<'_>, analysis: Analysis, error: &Error) -> P
         }
         Error::FrequencyNegative { index, value } => raised.with("index", *index).with("value", *value),
         Error::WrongCoordinate { unit, .. } => raised.with("unit", unit),
+        Error::NeitherLengthNorAngle { unit } => raised.with("option", "unit").with("value", unit),
         Error::BelowLeastAmplitude { least, initial, .. } => {
             raised.with("option", "min_amplitude").with("value", *least).with("initial", *initial)
         }

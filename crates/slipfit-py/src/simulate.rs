@@ -30,6 +30,7 @@ pub(crate) struct OscillatorChoices {
     coulomb_force: Option<f64>,
     static_displacement: Option<f64>,
     static_force: Option<f64>,
+    displacement_unit: Option<String>,
 }
 
 impl OscillatorChoices {
@@ -43,7 +44,7 @@ impl OscillatorChoices {
             };
         }
         set!(frequency_hz, mass, stiffness, q_factor, viscous_coefficient, friction_displacement);
-        set!(coulomb_force, static_displacement, static_force);
+        set!(coulomb_force, static_displacement, static_force, displacement_unit);
         builder.build()
     }
 }

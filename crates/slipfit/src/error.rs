@@ -156,6 +156,14 @@ pub enum Error {
         /// The unit of the signal.
         unit: String,
     },
+    /// A force was given beside displacements in a unit that no force over a stiffness has.
+    #[error(
+        "a force over a stiffness is a length or an angle, and the unit of the displacement, `{unit}`, is neither"
+    )]
+    NeitherLengthNorAngle {
+        /// The unit of the displacement.
+        unit: String,
+    },
     /// Two units of which one cannot be converted into the other.
     #[error("`{found}` cannot be converted to `{expected}`")]
     UnitMismatch {

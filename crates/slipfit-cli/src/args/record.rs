@@ -11,11 +11,11 @@ pub(crate) struct OscillatorArgs {
     #[arg(long, value_name = "HZ", value_parser = positive, help_heading = "Oscillator")]
     pub(crate) frequency_hz: Option<f64>,
 
-    /// Stiffness k [N/m]
+    /// Stiffness k [N/m; of an angle N m/rad], whatever the unit of the displacement
     #[arg(long, value_name = "K", value_parser = positive, help_heading = "Oscillator")]
     pub(crate) stiffness: Option<f64>,
 
-    /// Mass m [kg]
+    /// Mass m [kg; of an angle the moment of inertia, kg m²]
     #[arg(long, value_name = "M", value_parser = positive, help_heading = "Oscillator")]
     pub(crate) mass: Option<f64>,
 
@@ -29,7 +29,7 @@ pub(crate) struct OscillatorArgs {
     )]
     pub(crate) q: Option<f64>,
 
-    /// Viscous coefficient gamma [N s/m = kg/s]
+    /// Viscous coefficient gamma [N s/m = kg/s; of an angle N m s/rad]
     #[arg(long, value_name = "GAMMA", value_parser = not_negative, help_heading = "Oscillator")]
     pub(crate) viscous: Option<f64>,
 
@@ -43,7 +43,7 @@ pub(crate) struct OscillatorArgs {
     )]
     pub(crate) friction_displacement: Option<f64>,
 
-    /// Sliding friction force F [N]
+    /// Sliding friction force F [N; of an angle N m]
     #[arg(
         long,
         value_name = "F",
@@ -111,7 +111,8 @@ pub(crate) struct MinusArgs {
 // The sensor: its unit, noise and converter.
 #[derive(Debug, Args)]
 pub(crate) struct SampleArgs {
-    /// Unit of the displacement, for the header
+    /// Unit of the displacement: forces over the stiffness are turned into it; one that is neither a length
+    /// nor an angle is for displacements alone
     #[arg(long, value_name = "UNIT", default_value = "m", help_heading = "Record")]
     pub(crate) unit: String,
 

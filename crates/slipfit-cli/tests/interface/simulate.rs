@@ -153,6 +153,142 @@ fn sweeps_and_levels_show_what_the_equations_say() {
     }
 }
 
+/// Lines of the header of a record, by name.
+fn header<'a>(text: &'a str, name: &str) -> &'a str {
+    let found = text.lines().find_map(|line| line.strip_prefix(&format!("# {name} = ")));
+    found.unwrap_or_else(|| panic!("{name}: {text:.900}"))
+}
+
+/// 15 nN over 10 kN/m are 1.5 pm whatever the unit of the displacement.
+#[test]
+fn forces_are_turned_into_the_unit_of_the_displacement() {
+    let fork = "--frequency-hz 32700 --stiffness 1e4 --viscous 20e-6 --coulomb-force 15e-9 --static-force 20e-9 \
+                --coulomb-force-minus 10e-9";
+    let release = "--duration 0.001 --rate-hz 200e3";
+    for (unit, m) in [("m", 1.0), ("nm", 1e-9), ("µm", 1e-6)] {
+        let amplitude = 25e-9 / m;
+        let of_length = |text: &str, name: &str| {
+            let (number, of) = header(text, name).split_once(' ').unwrap();
+            assert_eq!(of, unit);
+            number.parse::<f64>().unwrap() * m
+        };
+        let is = |found: f64, wanted: f64| {
+            assert!((found / wanted - 1.0).abs() < 1e-9, "{unit}: {found} {wanted}")
+        };
+        let text = simulate(&format!("decay {fork} --unit {unit} --amplitude {amplitude:e} {release}"));
+        for (name, wanted) in [
+            ("friction_displacement", 1.5e-12),
+            ("static_displacement", 2e-12),
+            ("friction_displacement_minus", 1e-12),
+        ] {
+            is(of_length(&text, name), wanted);
+        }
+        // The forces are those that were given.
+        assert_eq!(header(&text, "coulomb_force"), "1.5e-8 N");
+        assert_eq!(header(&text, "coulomb_force_minus"), "1e-8 N");
+        let wave = rows(&text, &format!("time (s),displacement ({unit})"));
+        let in_m = rows(
+            &simulate(&format!("decay {fork} --amplitude 25e-9 {release}")),
+            "time (s),displacement (m)",
+        );
+        for (a, b) in wave.iter().zip(&in_m) {
+            assert!((a[1] * m - b[1]).abs() < 1e-5 * 25e-9, "{unit}: {a:?} {b:?}");
+        }
+        // A drive by a force, and what --beta makes of it.
+        let driven = format!("driven {fork} --unit {unit} --drive-force 1.2e-7 {release}");
+        let swept = format!(
+            "sweep {fork} --unit {unit} --drive-force 1.2e-7 --start-hz 32690 --stop-hz 32710 --points 3"
+        );
+        for text in [simulate(&driven), simulate(&swept)] {
+            is(of_length(&text, "drive_amplitude"), 1.2e-11);
+            assert_eq!(header(&text, "drive_force"), "1.2e-7 N");
+            is(
+                header(&text, "friction_ratio").parse().unwrap(),
+                4.0 * 1.5e-12 / (std::f64::consts::PI * 1.2e-11),
+            );
+        }
+        let levels = format!(
+            "levels {fork} --unit {unit} --start-amplitude {:e} --stop-amplitude {:e} --points 3",
+            1e-12 / m,
+            12e-12 / m
+        );
+        is(of_length(&simulate(&levels), "friction_displacement"), 1.5e-12);
+    }
+}
+
+/// What is given as a force is found again by the analysis of that unit.
+#[test]
+fn the_force_that_simulate_was_given_ringdown_finds() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("fork.csv");
+    let args = "decay --frequency-hz 32700 --stiffness 1e4 --viscous 20e-6 --coulomb-force 15e-9 --unit nm \
+                --amplitude 25 --duration 0.05 --rate-hz 200e3 --noise-rms 0.3";
+    slipfit().arg("simulate").args(args.split_whitespace()).arg("--out").arg(&path).assert().success();
+    let answer =
+        stdout(slipfit().arg("ringdown").arg(&path).args(["--stiffness", "1e4", "--json", "-", "-q"]));
+    let answer: serde_json::Value = serde_json::from_str(&answer).unwrap();
+    let force = &answer["parameters"]["coulomb_force"];
+    let (value, error) = (force["value"].as_f64().unwrap(), force["std_error"].as_f64().unwrap());
+    assert!((value - 15e-9).abs() < 4.0 * error && error < 1e-9, "{force}");
+}
+
+#[test]
+fn of_a_rotation_forces_are_torques() {
+    let swing = "decay --frequency-hz 1 --stiffness 0.02 --viscous 1e-5 --coulomb-force 1e-4";
+    let text = simulate(&format!("{swing} --unit deg --amplitude 20 --duration 2 --rate-hz 20"));
+    let x_f: f64 = header(&text, "friction_displacement").trim_end_matches(" deg").parse().unwrap();
+    assert!((x_f / (1e-4f64 / 0.02).to_degrees() - 1.0).abs() < 1e-9, "{x_f}");
+    for (name, unit) in [
+        ("mass", "kg m²"),
+        ("stiffness", "N m/rad"),
+        ("viscous_coefficient", "N m s/rad"),
+        ("coulomb_force", "N m"),
+        ("static_force", "N m"),
+    ] {
+        assert_eq!(header(&text, name).split_once(' ').unwrap().1, unit, "{name}");
+    }
+    let text = simulate(
+        "sweep --frequency-hz 1 --stiffness 0.02 --q 30 --coulomb-force-minus 2e-5 --unit rad --drive-force 1e-4 \
+         --start-hz 0.9 --stop-hz 1.1 --points 3",
+    );
+    assert_eq!(header(&text, "drive_force"), "0.0001 N m");
+    assert_eq!(header(&text, "coulomb_force_minus"), "2e-5 N m");
+    assert_eq!(header(&text, "drive_amplitude"), "0.005 rad");
+}
+
+#[test]
+fn a_unit_that_no_force_over_a_stiffness_has_is_for_displacements_alone() {
+    let base = "--frequency-hz 1 --stiffness 100 --q 50";
+    let record = "--amplitude 1 --duration 2 --rate-hz 20";
+    let drive = "--duration 2 --rate-hz 20";
+    let span = "--start-hz 0.9 --stop-hz 1.1 --points 3";
+    let levels = "--start-amplitude 1 --stop-amplitude 2 --points 3";
+    for unit in ["dB", "furlong", "V"] {
+        for args in [
+            format!("decay {base} --coulomb-force 1 {record}"),
+            format!("decay {base} --static-force 1 {record}"),
+            format!("decay {base} --coulomb-force-minus 1 {record}"),
+            format!("driven {base} --drive-force 1 {drive}"),
+            format!("sweep {base} --drive-force 1 {span}"),
+            format!("levels {base} --coulomb-force 1 {levels}"),
+        ] {
+            let said = refusal(&format!("{args} --unit {unit}"));
+            assert!(
+                said.contains(&format!("`{unit}`, is neither")) && said.contains("--unit"),
+                "{args}: {said}"
+            );
+        }
+        for args in [
+            format!("decay {base} --friction-displacement 0.01 {record}"),
+            format!("sweep {base} --drive-amplitude 1 {span}"),
+        ] {
+            let text = simulate(&format!("{args} --unit {unit}"));
+            assert!(text.contains(&format!("({unit})")), "{text:.900}");
+            assert!(!text.contains("_force = "), "{text:.900}");
+        }
+    }
+}
+
 #[test]
 fn every_format_holds_the_same_numbers() {
     let folder = tempfile::tempdir().unwrap();
@@ -207,7 +343,7 @@ fn what_cannot_be_is_named_with_value_and_range() {
             "--frequency-hz 1 --friction-displacement 2 --static-displacement 1",
             &["--static-displacement = 1 ", "--friction-displacement <= "],
         ),
-        ("--frequency-hz 1 --coulomb-force 1", &["mass or stiffness"]),
+        ("--frequency-hz 1 --coulomb-force 1", &["--mass or --stiffness"]),
     ] {
         let text = refusal(&format!("decay {args} {rest}"));
         let words = text.split_whitespace().collect::<Vec<_>>().join(" ");

@@ -29,11 +29,13 @@ _TURNING = {
 }  # fmt: skip
 
 _OSCILLATOR = """frequency_hz, mass, stiffness : float or quantity, optional
-        Undamped frequency [Hz]; or two of it, mass [kg] and stiffness [N/m].
+        Undamped frequency [Hz]; or two of it, mass [kg] and stiffness [N/m]. Of an angle the mass is a
+        moment of inertia [kg m²], the stiffness in N m/rad, and so on.
     q_factor, viscous_coefficient : float or quantity, optional
         Viscous loss as a quality factor or as a coefficient [N s/m].
     friction_displacement, coulomb_force : float or quantity, optional
-        Sliding friction as x_F = F/k, unit of the displacement, or as a force [N].
+        Sliding friction as x_F = F/k, unit of the displacement, or as a force [N], which is turned into
+        that unit.
     static_displacement, static_force : float or quantity, optional
         Static friction; that of sliding if not given."""
 
@@ -67,14 +69,15 @@ def _record(
         raise _input.refuse("duration_s", f"{len(signal)} samples in duration_s at rate_hz: more are needed") from None
 
 
-def _oscillator(unit: str, **given: Scalar | None) -> dict[str, float | None]:
-    """The oscillator; of a rotation the mass is a moment of inertia, and so on."""
+def _oscillator(unit: str, **given: Scalar | None) -> dict[str, Any]:
+    """The oscillator and the unit of its displacements; of a rotation the mass is a moment of inertia, and so on."""
     turns = _core.unit_factor(unit, "rad") is not None
     units = {"friction_displacement": unit, "static_displacement": unit, **(_TURNING if turns else _SLIDING)}
-    return {
+    numbers = {
         name: None if value is None else _input.number(name, value, units.get(name))
         for name, value in given.items()
     }
+    return {**numbers, "displacement_unit": unit}
 
 
 @public
@@ -265,7 +268,7 @@ def sweep(
     [5.24, 50.0, 4.736]
     """
     oscillator = _oscillator(
-        "", frequency_hz=frequency_hz, mass=mass, stiffness=stiffness, q_factor=q_factor,
+        "m", frequency_hz=frequency_hz, mass=mass, stiffness=stiffness, q_factor=q_factor,
         viscous_coefficient=viscous_coefficient, friction_displacement=friction_displacement,
         coulomb_force=coulomb_force, static_displacement=static_displacement, static_force=static_force,
     )  # fmt: skip

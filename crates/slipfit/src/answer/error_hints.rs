@@ -95,6 +95,7 @@ impl Error {
             | Self::Length { .. }
             | Self::NoSteadyMotion { .. }
             | Self::UnitMismatch { .. }
+            | Self::NeitherLengthNorAngle { .. }
             | Self::BelowLeastAmplitude { .. }
             | Self::FrequencyNegative { .. }
             | Self::PointOutOfRange { .. } => Vec::new(),

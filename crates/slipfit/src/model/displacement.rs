@@ -64,6 +64,36 @@ impl DisplacementUnit {
         if is_other { Some(1.0) } else { Self::factor(drive, response).ok() }
     }
 
+    /// The unit of this name, in which a force over a stiffness can be given.
+    ///
+    /// # Errors
+    /// [`Error::NeitherLengthNorAngle`] for any other.
+    ///
+    /// ```
+    /// use slipfit::model::displacement::DisplacementUnit;
+    /// // 15 nN over 10 kN/m in nm.
+    /// let nm = DisplacementUnit::of_forces("nm")?;
+    /// assert!((nm.under_force(15e-9, 1e4) - 1.5e-3).abs() < 1e-15);
+    /// assert!(DisplacementUnit::of_forces("dB").is_err());
+    /// # Ok::<(), slipfit::Error>(())
+    /// ```
+    pub fn of_forces(unit: &str) -> Result<Self, Error> {
+        Self::named(unit).ok_or_else(|| Error::NeitherLengthNorAngle { unit: unit.to_owned() })
+    }
+
+    /// The displacement `F/k` in this unit, of a force in N over a stiffness in N/m; of an angle a torque in N m over a
+    /// torsion stiffness in N m/rad.
+    #[must_use]
+    pub fn under_force(self, force: f64, stiffness: f64) -> f64 {
+        force / stiffness / self.si
+    }
+
+    /// The force `k x` at a displacement in this unit, in N; of an angle the torque in N m.
+    #[must_use]
+    pub fn force(self, displacement: f64, stiffness: f64) -> f64 {
+        stiffness * displacement * self.si
+    }
+
     /// The factor that turns numbers in the unit `from` into numbers in the unit `to`.
     ///
     /// # Errors
@@ -77,6 +107,20 @@ impl DisplacementUnit {
             _ => Err(Error::UnitMismatch { found: from.to_owned(), expected: to.to_owned() }),
         }
     }
+}
+
+/// Units of mechanical constants and forces, as those of an answer and of a simulated record.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct MechanicalUnits {
+    /// Of the mass, or of the moment of inertia.
+    pub mass: &'static str,
+    /// Of the stiffness.
+    pub stiffness: &'static str,
+    /// Of the viscous coefficient.
+    pub viscous_coefficient: &'static str,
+    /// Of forces, or of torques.
+    pub force: &'static str,
 }
 
 /// The angle of this name in rad. Prefixes keep their case: `MRad` is not `mrad`.
@@ -300,6 +344,22 @@ impl Coordinate {
             Ok(())
         } else {
             Err(Error::WrongCoordinate { expected: self.words(), unit: unit.to_owned() })
+        }
+    }
+
+    /// Units of the constants that belong to it.
+    #[must_use]
+    pub const fn mechanical_units(self) -> MechanicalUnits {
+        match self {
+            Self::Length => {
+                MechanicalUnits { mass: "kg", stiffness: "N/m", viscous_coefficient: "kg/s", force: "N" }
+            }
+            Self::Angle => MechanicalUnits {
+                mass: "kg m²",
+                stiffness: "N m/rad",
+                viscous_coefficient: "N m s/rad",
+                force: "N m",
+            },
         }
     }
 

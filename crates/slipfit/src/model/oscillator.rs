@@ -9,6 +9,7 @@
 //! it is known, so that forces and energies can be given in newtons and joules.
 
 use crate::error::Error;
+use crate::model::displacement::DisplacementUnit;
 use std::f64::consts::PI;
 
 /// A linear oscillator with viscous and sliding friction, underdamped.
@@ -16,8 +17,10 @@ use std::f64::consts::PI;
 /// Built physically, from mass, stiffness and forces, or kinematically, from
 /// what a record of displacement alone can tell: see [`Oscillator::builder`].
 ///
-/// Displacements carry any one unit (m, rad, V); forces are in that unit times
-/// N/m (or N m/rad). Units of time are seconds throughout.
+/// Displacements carry any one unit, m (or rad) unless
+/// [`displacement_unit`](OscillatorBuilder::displacement_unit) names another; forces
+/// are in N, stiffnesses in N/m (of an angle N m and N m/rad) in any case, and are
+/// known of lengths and angles only. Units of time are seconds throughout.
 ///
 /// ```
 /// # use slipfit::Oscillator;
@@ -39,6 +42,8 @@ pub struct Oscillator {
     friction: f64,
     static_friction: f64,
     mass: Option<f64>,
+    /// Unit of the displacements; `None` where it is neither a length nor an angle.
+    unit: Option<DisplacementUnit>,
 }
 
 impl Oscillator {
@@ -144,21 +149,38 @@ impl Oscillator {
         self.mass.map(|m| 2.0 * m * self.decay_rate)
     }
 
+    /// Unit of the displacements; `None` where it is neither a length nor an angle, and forces cannot be told.
+    pub fn displacement_unit(&self) -> Option<DisplacementUnit> {
+        self.unit
+    }
+
+    /// Force `k x` of the spring at a displacement, N (of an angle N m), where the mass is known.
+    pub fn force_at(&self, displacement: f64) -> Option<f64> {
+        Some(self.unit?.force(displacement, self.stiffness()?))
+    }
+
+    /// Displacement `P/k` under a force in N (of an angle N m), where the mass is known: what a drive by a force is as
+    /// one of the base.
+    pub fn displacement_under(&self, force: f64) -> Option<f64> {
+        Some(self.unit?.under_force(force, self.stiffness()?))
+    }
+
     /// Kinetic friction force `F = k x_F`, where the mass is known.
     pub fn coulomb_force(&self) -> Option<f64> {
-        self.stiffness().map(|k| k * self.friction)
+        self.force_at(self.friction)
     }
 
     /// Static friction force `F_s`, where the mass is known.
     pub fn static_force(&self) -> Option<f64> {
-        self.stiffness().map(|k| k * self.static_friction)
+        self.force_at(self.static_friction)
     }
 
     /// Friction ratio of a drive at the base, `beta = 4 F / (pi k x_0)`.
     ///
     /// At resonance the steady amplitude is `Q x_0 (1 - beta)`, eq. (9) of
     /// Vitorino, Vieira and Rodrigues; from `beta = 1` on there is none in
-    /// that approximation. A force drive of amplitude `P` is `x_0 = P/k`.
+    /// that approximation. A force drive of amplitude `P` is `x_0 = P/k`
+    /// ([`Oscillator::displacement_under`]).
     pub fn friction_ratio(&self, drive_amplitude: f64) -> f64 {
         4.0 * self.friction / (PI * drive_amplitude)
     }
@@ -199,7 +221,7 @@ impl Oscillator {
 /// `viscous_coefficient` (needs mass or stiffness). At most one kinetic
 /// friction: `friction_displacement` or `coulomb_force` (needs mass or
 /// stiffness). Static friction is the kinetic one unless given.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct OscillatorBuilder {
     mass: Option<f64>,
     stiffness: Option<f64>,
@@ -213,6 +235,7 @@ pub struct OscillatorBuilder {
     friction_displacement: Option<f64>,
     static_force: Option<f64>,
     static_displacement: Option<f64>,
+    displacement_unit: Option<String>,
 }
 
 macro_rules! setters {
@@ -252,9 +275,30 @@ impl OscillatorBuilder {
         static_displacement,
     }
 
+    /// Unit of all displacements, of lengths or angles: forces are turned into it. Any other unit, as V, is for
+    /// displacements alone. m (or rad) unless given.
+    ///
+    /// ```
+    /// # use slipfit::Oscillator;
+    /// let fork = Oscillator::builder()
+    ///     .frequency_hz(32_700.0)
+    ///     .stiffness(1e4)
+    ///     .coulomb_force(15e-9)
+    ///     .displacement_unit("nm")
+    ///     .build()?;
+    /// assert!((fork.friction_displacement() - 1.5e-3).abs() < 1e-15);
+    /// # Ok::<(), slipfit::Error>(())
+    /// ```
+    #[must_use]
+    pub fn displacement_unit(mut self, unit: impl Into<String>) -> Self {
+        self.displacement_unit = Some(unit.into());
+        self
+    }
+
     /// Checks every parameter and derives the rest.
     ///
     /// # Errors
+    /// [`Error::NeitherLengthNorAngle`] for a force beside displacements in a unit that is neither;
     /// [`Error::Parameter`] for a value out of range or not finite (named, with
     /// the range allowed); [`Error::MissingParameter`] where something needed
     /// was not given; [`Error::ConflictingParameters`] where the same quantity
@@ -286,16 +330,19 @@ impl OscillatorBuilder {
         let (omega_0, mass) = self.frequency_and_mass()?;
         let decay_rate = self.decay_rate(omega_0, mass)?;
         let stiffness = mass.map(|m| self.stiffness.unwrap_or(m * omega_0 * omega_0));
+        let unit = self.displacement_unit.as_deref().unwrap_or("m");
         let friction = displacement(
             ("friction_displacement", self.friction_displacement),
             ("coulomb_force", self.coulomb_force),
             stiffness,
+            unit,
         )?
         .unwrap_or(0.0);
         let given_static = displacement(
             ("static_displacement", self.static_displacement),
             ("static_force", self.static_force),
             stiffness,
+            unit,
         )?;
         let static_friction = given_static.unwrap_or(friction);
         if static_friction < friction {
@@ -313,7 +360,8 @@ impl OscillatorBuilder {
             });
         }
         let omega_d = ((omega_0 - decay_rate) * (omega_0 + decay_rate)).sqrt();
-        Ok(Oscillator { omega_0, decay_rate, omega_d, friction, static_friction, mass })
+        let unit = DisplacementUnit::named(unit);
+        Ok(Oscillator { omega_0, decay_rate, omega_d, friction, static_friction, mass, unit })
     }
 
     fn frequency_and_mass(&self) -> Result<(f64, Option<f64>), Error> {
@@ -360,7 +408,7 @@ impl OscillatorBuilder {
         } else if let Some(g) = self.viscous_coefficient {
             let m = mass.ok_or(Error::MissingParameter {
                 name: "stiffness",
-                hint: "viscous_coefficient needs mass or stiffness; q_factor and decay_rate_per_s need neither",
+                hint: "viscous_coefficient needs mass or stiffness; q_factor needs neither",
             })?;
             ("viscous_coefficient", g, "0 <= viscous_coefficient < 2 sqrt(k m) (underdamped)", g / (2.0 * m))
         } else {
@@ -378,6 +426,7 @@ fn displacement(
     direct: (&'static str, Option<f64>),
     force: (&'static str, Option<f64>),
     stiffness: Option<f64>,
+    unit: &str,
 ) -> Result<Option<f64>, Error> {
     if let (name, Some(x)) = direct {
         at_least_zero(name, x)?;
@@ -387,10 +436,11 @@ fn displacement(
     at_least_zero(name, f)?;
     let k = stiffness.ok_or(Error::MissingParameter {
         name: "stiffness",
-        hint: "a friction force needs mass or stiffness; a friction displacement needs neither",
+        hint: "a friction force needs mass or stiffness; friction_displacement needs neither",
     })?;
-    at_least_zero(name, f / k)?;
-    Ok(Some(f / k))
+    let x = DisplacementUnit::of_forces(unit)?.under_force(f, k);
+    at_least_zero(name, x)?;
+    Ok(Some(x))
 }
 
 fn one_of(given: &[(&'static str, Option<f64>)]) -> Result<(), Error> {
@@ -485,6 +535,39 @@ mod tests {
             Oscillator::builder().omega_0(1.0).mass(1.0).stiffness(1.0).build(),
             Err(Error::ConflictingParameters { first: "omega_0", .. })
         ));
+    }
+
+    /// 15 nN over 10 kN/m are 1.5e-12 m; they were 1.5e-12 nm as well.
+    #[test]
+    fn forces_are_turned_into_the_unit_of_the_displacement() {
+        let of = |unit: &str| {
+            let b = Oscillator::builder().frequency_hz(32_700.0).stiffness(1e4).coulomb_force(15e-9);
+            b.static_force(20e-9).displacement_unit(unit).build()
+        };
+        for (unit, x_f) in [
+            ("m", 1.5e-12),
+            ("nm", 1.5e-3),
+            ("pm", 1.5),
+            ("Inches", 1.5e-12 / 0.0254),
+            ("rad", 1.5e-12),
+            ("mrad", 1.5e-9),
+            ("deg", 1.5e-12 * 180.0 / PI),
+        ] {
+            let o = of(unit).unwrap();
+            assert!((o.friction_displacement() / x_f - 1.0).abs() < 1e-14, "{unit}: {o:?}");
+            assert!((o.static_displacement() / x_f - 4.0 / 3.0).abs() < 1e-14, "{unit}: {o:?}");
+            // And back: header and answer say the force that was given.
+            assert!((o.coulomb_force().unwrap() / 15e-9 - 1.0).abs() < 1e-14, "{unit}");
+            assert!((o.static_force().unwrap() / 20e-9 - 1.0).abs() < 1e-14, "{unit}");
+            assert!((o.displacement_under(15e-9).unwrap() / x_f - 1.0).abs() < 1e-14, "{unit}");
+        }
+        for unit in ["dB", "furlong", "V", "", "m/s"] {
+            assert_eq!(of(unit), Err(Error::NeitherLengthNorAngle { unit: unit.to_owned() }));
+            let bare = Oscillator::builder().frequency_hz(1.0).stiffness(1e4).friction_displacement(0.1);
+            let o = bare.displacement_unit(unit).build().unwrap();
+            assert_eq!((o.friction_displacement(), o.coulomb_force()), (0.1, None), "{unit}");
+            assert_eq!(o.displacement_under(1.0), None, "{unit}");
+        }
     }
 
     #[test]

@@ -17,8 +17,9 @@ const LOCK_IN_POINTS: u32 = 64;
 
 pub(super) fn run(args: &DecayArgs, to: &write::Destinations) -> Result<(), Failure> {
     let rows = rows(args.sampling.duration, args.sampling.rate_hz)?;
-    let oscillator = oscillator(&args.oscillator, |_| Ok(args.amplitude.abs()))?;
-    let friction = friction(&args.oscillator.minus, &oscillator)?;
+    let unit = &args.sample.unit;
+    let oscillator = oscillator(&args.oscillator, unit, |_| Ok(args.amplitude.abs()))?;
+    let friction = friction(&args.oscillator.minus, &oscillator, unit)?;
     let motion = Decaying::new(&oscillator, friction, args.amplitude).map_err(in_flags)?;
     let mut sheet = Sheet {
         command: "decay",

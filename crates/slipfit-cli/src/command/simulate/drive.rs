@@ -32,19 +32,23 @@ pub(super) enum Kind {
 }
 
 /// Amplitude `x_0` of the harmonic of the base, a force over the stiffness; `None` without one.
-pub(super) fn amplitude(args: &WaveArgs, oscillator: &Oscillator) -> Result<Option<f64>, Failure> {
+pub(super) fn amplitude(
+    args: &WaveArgs,
+    oscillator: &Oscillator,
+    unit: &str,
+) -> Result<Option<f64>, Failure> {
     match (args.drive_amplitude, args.drive_force) {
         (None, None) => Ok(None),
         (drive_amplitude, drive_force) => {
             let one = crate::args::DriveArgs { drive_amplitude, drive_force };
-            base_amplitude(&one, oscillator).map(Some)
+            base_amplitude(&one, oscillator, unit).map(Some)
         }
     }
 }
 
 /// What `--beta` refers to.
-pub(super) fn reference(args: &WaveArgs, oscillator: &Oscillator) -> Result<f64, Failure> {
-    amplitude(args, oscillator)?.ok_or_else(|| {
+pub(super) fn reference(args: &WaveArgs, oscillator: &Oscillator, unit: &str) -> Result<f64, Failure> {
+    amplitude(args, oscillator, unit)?.ok_or_else(|| {
         Failure::new("--beta is a ratio to --drive-amplitude or --drive-force, and neither is given")
             .hint("--friction-displacement or --coulomb-force gives friction by itself")
     })
@@ -56,7 +60,7 @@ pub(super) fn wave(args: &DrivenArgs, o: &Oscillator) -> Result<Wave, Failure> {
         return from_file(reading);
     }
     let mut tones = args.drive.tone.clone();
-    if let Some(amplitude) = amplitude(&args.drive, o)? {
+    if let Some(amplitude) = amplitude(&args.drive, o, &args.sample.unit)? {
         let frequency_hz = args.drive_frequency_hz.unwrap_or(o.frequency_hz());
         tones.insert(0, Tone { frequency_hz, amplitude, phase_deg: 0.0 });
     } else if args.drive_frequency_hz.is_some() {
@@ -117,7 +121,7 @@ impl Wave {
             Kind::Harmonic { drive } => {
                 all.number("drive_amplitude", drive.amplitude(), unit);
                 if let Some(p) = args.drive.drive_force {
-                    all.number("drive_force", p, "N");
+                    all.force("drive_force", p, o);
                 }
                 all.number("drive_frequency_hz", drive.omega() / TAU, "");
                 all.number("friction_ratio", o.friction_ratio(drive.amplitude()), "");

@@ -14,8 +14,9 @@ use slipfit::motion::simulate::Motion;
 use slipfit::motion::steady::solve_with_friction;
 
 pub(super) fn run(args: &DrivenArgs, to: &write::Destinations, color: ColorChoice) -> Result<(), Failure> {
-    let o = oscillator(&args.oscillator, |o| drive::reference(&args.drive, o))?;
-    let friction = friction(&args.oscillator.minus, &o)?;
+    let unit = &args.sample.unit;
+    let o = oscillator(&args.oscillator, unit, |o| drive::reference(&args.drive, o, unit))?;
+    let friction = friction(&args.oscillator.minus, &o, unit)?;
     let wave = drive::wave(args, &o)?;
     if !args.turning_points {
         wave.drive.check_sampling(args.sampling.rate_hz).map_err(in_flags)?;
@@ -34,8 +35,8 @@ pub(super) fn run(args: &DrivenArgs, to: &write::Destinations, color: ColorChoic
     for warning in &wave.warnings {
         output::print_error(&warning_line(warning), color);
     }
-    let mut all = Parameters::of(&o, &args.sample.unit);
-    all.uneven(friction, &o, &args.sample.unit);
+    let mut all = Parameters::of(&o, unit);
+    all.uneven(friction, &o, unit);
     wave.describe(args, &o, &mut all);
     let mut drive = wave.drive;
     if let Some(off_at) = args.off_at {
@@ -50,7 +51,6 @@ pub(super) fn run(args: &DrivenArgs, to: &write::Destinations, color: ColorChoic
         0.0
     };
 
-    let unit = &args.sample.unit;
     all.number("initial_position", position, unit);
     all.number("initial_velocity", velocity, &format!("{unit}/s"));
     all.number("duration_s", args.sampling.duration, "");

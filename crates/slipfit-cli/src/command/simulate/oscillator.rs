@@ -4,14 +4,16 @@ use super::sheet;
 use crate::args::{DriveArgs, MinusArgs, OscillatorArgs};
 use crate::failure::Failure;
 use slipfit::Oscillator;
+use slipfit::model::displacement::DisplacementUnit;
 use slipfit::motion::simulate::Friction;
 
-/// The oscillator; `reference` is the displacement that `--beta` refers to.
+/// The oscillator, whose displacements are in `unit`; `reference` is the one that `--beta` refers to.
 pub(super) fn oscillator(
     args: &OscillatorArgs,
+    unit: &str,
     reference: impl Fn(&Oscillator) -> Result<f64, Failure>,
 ) -> Result<Oscillator, Failure> {
-    let mut builder = Oscillator::builder();
+    let mut builder = Oscillator::builder().displacement_unit(unit);
     if let Some(v) = args.frequency_hz {
         builder = builder.frequency_hz(v);
     }
@@ -28,7 +30,7 @@ pub(super) fn oscillator(
         builder = builder.viscous_coefficient(v);
     }
     if let Some(beta) = args.beta {
-        let bare = builder.build().map_err(in_flags)?;
+        let bare = builder.clone().build().map_err(in_flags)?;
         builder =
             builder.friction_displacement(Oscillator::friction_displacement_for(beta, reference(&bare)?));
     }
@@ -48,16 +50,11 @@ pub(super) fn oscillator(
 }
 
 /// Friction, which may differ by direction.
-pub(super) fn friction(args: &MinusArgs, o: &Oscillator) -> Result<Friction, Failure> {
-    let over_stiffness =
-        |flag: &str, displacement: Option<f64>, force: Option<f64>| match (force, o.stiffness()) {
-            (None, _) => Ok(displacement),
-            (Some(f), Some(k)) => Ok(Some(f / k)),
-            (Some(_), None) => {
-                Err(Failure::new(format!("{flag} is a force, and the oscillator has no stiffness"))
-                    .hint("--stiffness or --mass gives it one"))
-            }
-        };
+pub(super) fn friction(args: &MinusArgs, o: &Oscillator, unit: &str) -> Result<Friction, Failure> {
+    let over_stiffness = |flag: &str, displacement: Option<f64>, force: Option<f64>| match force {
+        None => Ok(displacement),
+        Some(f) => under_force(o, unit, f, flag, "--stiffness or --mass gives it one").map(Some),
+    };
     let kinetic =
         over_stiffness("--coulomb-force-minus", args.friction_displacement_minus, args.coulomb_force_minus)?;
     let holding =
@@ -80,13 +77,21 @@ pub(super) fn friction(args: &MinusArgs, o: &Oscillator) -> Result<Friction, Fai
         .map_err(in_flags)
 }
 
+/// The displacement under a force given by a flag, in the unit of displacements.
+fn under_force(o: &Oscillator, unit: &str, force: f64, flag: &str, hint: &str) -> Result<f64, Failure> {
+    DisplacementUnit::of_forces(unit).map_err(in_flags)?;
+    o.displacement_under(force).ok_or_else(|| {
+        Failure::new(format!("{flag} is a force, and the oscillator has no stiffness")).hint(hint)
+    })
+}
+
 /// Amplitude `x_0` of the base, a force over the stiffness.
-pub(super) fn base_amplitude(drive: &DriveArgs, oscillator: &Oscillator) -> Result<f64, Failure> {
-    match (drive.drive_amplitude, drive.drive_force, oscillator.stiffness()) {
-        (Some(x), _, _) => Ok(x),
-        (None, Some(p), Some(k)) => Ok(p / k),
-        _ => Err(Failure::new("--drive-force is a force, and the oscillator has no stiffness")
-            .hint("--stiffness or --mass gives it one; --drive-amplitude drives the base instead")),
+pub(super) fn base_amplitude(drive: &DriveArgs, o: &Oscillator, unit: &str) -> Result<f64, Failure> {
+    let hint = "--stiffness or --mass gives it one; --drive-amplitude drives the base instead";
+    match (drive.drive_amplitude, drive.drive_force) {
+        (None, Some(p)) => under_force(o, unit, p, "--drive-force", hint),
+        // One of them there is: the group of arguments is required.
+        (x, _) => Ok(x.unwrap_or_default()),
     }
 }
 
@@ -94,9 +99,10 @@ pub(super) fn base_amplitude(drive: &DriveArgs, oscillator: &Oscillator) -> Resu
 pub(super) fn driven_oscillator(
     args: &OscillatorArgs,
     drive: &DriveArgs,
+    unit: &str,
 ) -> Result<(Oscillator, f64), Failure> {
-    let oscillator = oscillator(args, |o| base_amplitude(drive, o))?;
-    let amplitude = base_amplitude(drive, &oscillator)?;
+    let oscillator = oscillator(args, unit, |o| base_amplitude(drive, o, unit))?;
+    let amplitude = base_amplitude(drive, &oscillator, unit)?;
     Ok((oscillator, amplitude))
 }
 
@@ -135,8 +141,18 @@ pub(super) fn in_flags(error: slipfit::Error) -> Failure {
             let value = sheet::number(value);
             Failure::new(format!("{name} = {value} is out of range; allowed: {}", flags(range)))
         }
-        slipfit::Error::MissingParameter { .. } => Failure::new(flags(&format!(" {error}")).trim_start())
-            .hint("--frequency-hz, or two of --mass, --stiffness and --frequency-hz, fix the oscillator"),
+        slipfit::Error::MissingParameter { name: "frequency_hz", .. } => {
+            Failure::new("--frequency-hz is missing, or both --mass and --stiffness")
+                .hint("--frequency-hz, or two of --mass, --stiffness and --frequency-hz, fix the oscillator")
+        }
+        slipfit::Error::MissingParameter { .. } | slipfit::Error::ConflictingParameters { .. } => {
+            let text = flags(&format!(" {error}"));
+            Failure::new(text.replace(" mass", " --mass").replace(" stiffness", " --stiffness").trim_start())
+        }
+        slipfit::Error::NeitherLengthNorAngle { .. } => Failure::new(error.to_string()).hint(
+            "--unit names a length, as nm, or an angle, as rad; --friction-displacement, --static-displacement and \
+             --drive-amplitude are displacements in any unit",
+        ),
         _ => Failure::new(flags(&format!(" {error}")).trim_start()),
     }
 }

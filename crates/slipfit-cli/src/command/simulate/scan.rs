@@ -10,9 +10,10 @@ use slipfit::motion::steady::Phasor;
 use slipfit::motion::steady::scan::{Reading, chirp_with_friction, reading_with_friction, stepped};
 
 pub(super) fn sweep(args: &SweepArgs, to: &write::Destinations) -> Result<(), Failure> {
-    let (o, x_0) = driven_oscillator(&args.oscillator, &args.drive)?;
+    let unit = &args.sample.unit;
+    let (o, x_0) = driven_oscillator(&args.oscillator, &args.drive, unit)?;
     let (start, stop) = (args.start_hz, args.stop_hz);
-    let friction = friction(&args.oscillator.minus, &o)?;
+    let friction = friction(&args.oscillator.minus, &o, unit)?;
     let mut frequencies = spaced(start, stop, args.points, false);
     let readings: Vec<Reading> = match (args.sweep_time, args.wait) {
         (Some(s), _) => chirp_with_friction(&o, friction, x_0, [start, stop], s, args.points),
@@ -26,12 +27,11 @@ pub(super) fn sweep(args: &SweepArgs, to: &write::Destinations) -> Result<(), Fa
         }),
     }
     .map_err(in_flags)?;
-    let unit = &args.sample.unit;
     let mut all = Parameters::of(&o, unit);
     all.uneven(friction, &o, unit);
     all.number("drive_amplitude", x_0, unit);
     if let Some(p) = args.drive.drive_force {
-        all.number("drive_force", p, "N");
+        all.force("drive_force", p, &o);
     }
     all.number("friction_ratio", o.friction_ratio(x_0), "");
     all.number("start_hz", start, "");
@@ -53,9 +53,10 @@ pub(super) fn sweep(args: &SweepArgs, to: &write::Destinations) -> Result<(), Fa
 }
 
 pub(super) fn levels(args: &LevelsArgs, to: &write::Destinations) -> Result<(), Failure> {
-    let o = oscillator(&args.oscillator, |_| Ok(args.stop_amplitude))?;
+    let unit = &args.sample.unit;
+    let o = oscillator(&args.oscillator, unit, |_| Ok(args.stop_amplitude))?;
     let frequency_hz = args.drive_frequency_hz.unwrap_or(o.frequency_hz());
-    let friction = friction(&args.oscillator.minus, &o)?;
+    let friction = friction(&args.oscillator.minus, &o, unit)?;
     let mut amplitudes = spaced(args.start_amplitude, args.stop_amplitude, args.points, args.log);
     let readings: Vec<Reading> = match args.wait {
         Some(wait) => {
@@ -68,7 +69,6 @@ pub(super) fn levels(args: &LevelsArgs, to: &write::Destinations) -> Result<(), 
         }),
     }
     .map_err(in_flags)?;
-    let unit = &args.sample.unit;
     let mut all = Parameters::of(&o, unit);
     all.uneven(friction, &o, unit);
     all.number("drive_frequency_hz", frequency_hz, "");

@@ -3,6 +3,7 @@
 use crate::args::SampleArgs;
 use crate::failure::Failure;
 use slipfit::Oscillator;
+use slipfit::model::displacement::{Coordinate, MechanicalUnits};
 use slipfit::motion::simulate::Friction;
 
 /// Fills a row.
@@ -102,12 +103,13 @@ impl Parameters {
         all.number("q_factor", o.q_factor(), "");
         all.number("friction_displacement", o.friction_displacement(), unit);
         all.number("static_displacement", o.static_displacement(), unit);
+        let units = units(o);
         for (name, value, unit) in [
-            ("mass", o.mass(), "kg"),
-            ("stiffness", o.stiffness(), "N/m"),
-            ("viscous_coefficient", o.viscous_coefficient(), "kg/s"),
-            ("coulomb_force", o.coulomb_force(), "N"),
-            ("static_force", o.static_force(), "N"),
+            ("mass", o.mass(), units.mass),
+            ("stiffness", o.stiffness(), units.stiffness),
+            ("viscous_coefficient", o.viscous_coefficient(), units.viscous_coefficient),
+            ("coulomb_force", o.coulomb_force(), units.force),
+            ("static_force", o.static_force(), units.force),
         ] {
             if let Some(value) = value {
                 all.number(name, value, unit);
@@ -124,10 +126,16 @@ impl Parameters {
         let ([_, kinetic], [_, holding]) = (friction.kinetic(), friction.holding());
         self.number("friction_displacement_minus", kinetic, unit);
         self.number("static_displacement_minus", holding, unit);
-        if let Some(k) = o.stiffness() {
-            self.number("coulomb_force_minus", k * kinetic, "N");
-            self.number("static_force_minus", k * holding, "N");
+        for (name, displacement) in [("coulomb_force_minus", kinetic), ("static_force_minus", holding)] {
+            if let Some(force) = o.force_at(displacement) {
+                self.force(name, force, o);
+            }
         }
+    }
+
+    /// A force, or the torque of a rotation.
+    pub(super) fn force(&mut self, name: &'static str, value: f64, o: &Oscillator) {
+        self.number(name, value, units(o).force);
     }
 
     pub(super) fn number(&mut self, name: &'static str, value: f64, unit: &str) {
@@ -148,6 +156,11 @@ impl Parameters {
             self.text("quantize_bits", format!("{bits} (step {step} {unit})"));
         }
     }
+}
+
+/// Units of the constants; those of a length where the unit is neither a length nor an angle.
+fn units(o: &Oscillator) -> MechanicalUnits {
+    o.displacement_unit().map_or(Coordinate::Length, |unit| unit.coordinate).mechanical_units()
 }
 
 fn quantum(sample: &SampleArgs, full_scale: f64, bits: u32) -> f64 {
