@@ -38,11 +38,11 @@ pub enum Error {
         hint: &'static str,
     },
     /// The same quantity was given twice.
-    #[error("{first} and {second} determine the same quantity: give one of them")]
+    #[error("{}", conflict(first, second))]
     ConflictingParameters {
         /// One.
         first: &'static str,
-        /// The other.
+        /// The other, or two that determine it together, as `mass and stiffness`.
         second: &'static str,
     },
     /// A method was asked for outside the conditions under which it holds.
@@ -227,6 +227,14 @@ pub enum Error {
     },
 }
 
+fn conflict(first: &str, second: &str) -> String {
+    if second.contains(" and ") {
+        format!("{second} determine {first}, and all three are given: leave one of them out")
+    } else {
+        format!("{first} and {second} determine the same quantity: give one of them")
+    }
+}
+
 /// What a refusal says of the cycles: nothing where they are enough.
 fn too_few(cycles: f64, needed: f64) -> String {
     if cycles >= needed {
@@ -296,6 +304,19 @@ mod tests {
             refusal(4, 5),
             "time goes backwards at sample 1: 0.5 s, then 0.25 s, as in 4 of 9 steps: the rows are in no order; sort \
              them by time"
+        );
+    }
+
+    #[test]
+    fn of_three_constants_that_determine_each_other_two_are_asked_for() {
+        let refusal = |first, second| Error::ConflictingParameters { first, second }.to_string();
+        assert_eq!(
+            refusal("frequency_hz", "mass and stiffness"),
+            "mass and stiffness determine frequency_hz, and all three are given: leave one of them out"
+        );
+        assert_eq!(
+            refusal("q_factor", "zeta"),
+            "q_factor and zeta determine the same quantity: give one of them"
         );
     }
 

@@ -290,6 +290,29 @@ fn a_unit_that_no_force_over_a_stiffness_has_is_for_displacements_alone() {
 }
 
 #[test]
+fn what_is_missing_or_too_much_is_named_by_its_flags() {
+    let rest = "--amplitude 1 --duration 1 --rate-hz 100";
+    for (args, said) in [
+        (
+            "--frequency-hz 1 --mass 1 --stiffness 4",
+            "--mass and --stiffness determine --frequency-hz, and all three are given: leave one of them out",
+        ),
+        (
+            "--frequency-hz 1 --viscous 1",
+            "--stiffness is missing: --viscous needs --mass or --stiffness; --q needs neither",
+        ),
+        (
+            "--frequency-hz 1 --coulomb-force 1",
+            "a friction force needs --mass or --stiffness; --friction-displacement needs neither",
+        ),
+        ("--mass 1", "--frequency-hz is missing, or both --mass and --stiffness"),
+    ] {
+        let text = refusal(&format!("decay {args} {rest}"));
+        assert!(text.contains(said), "{args}: {text}");
+    }
+}
+
+#[test]
 fn every_format_holds_the_same_numbers() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
