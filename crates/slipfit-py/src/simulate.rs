@@ -147,5 +147,7 @@ pub(crate) fn sweep<'py>(
         }
     })?;
     let column = |of: fn(&Reading) -> f64| readings.iter().map(of).collect::<Vec<_>>().into_pyarray(py);
-    Ok((column(|r| r.frequency_hz), column(Reading::amplitude), column(|r| r.fundamental.arg())))
+    // Of a mass at rest there is none.
+    let phase_rad = |r: &Reading| r.phase_rad().unwrap_or(f64::NAN);
+    Ok((column(|r| r.frequency_hz), column(Reading::amplitude), column(phase_rad)))
 }

@@ -241,8 +241,10 @@ Examples:
 /// Amplitude and phase over frequency, as an instrument records them.
 ///
 /// Each point is the steady motion, exact and with its stops, as after a long
-/// wait; or, with --wait, what a lock-in shows after that time at each frequency;
-/// or, with --sweep-time, during a slow sweep up or down. Amplitude and phase are those of the fundamental.
+/// wait; or, with --wait, what a lock-in shows after that time at each frequency, the
+/// motion steady at the first; or, with --sweep-time, during a slow sweep up or down.
+/// Amplitude and phase are those of the fundamental; where the mass rests there is no phase,
+/// and the cell is empty.
 #[derive(Debug, Args)]
 #[command(after_help = SWEEP_AFTER_HELP, after_long_help = SWEEP_AFTER_HELP)]
 // The one written by itself is wider than the screen.
@@ -272,7 +274,8 @@ pub(crate) struct SweepArgs {
     #[arg(long, value_name = "S", value_parser = positive, help_heading = "Sweep")]
     pub(crate) sweep_time: Option<f64>,
 
-    /// Wait so long at each frequency [s], the motion going on from one to the next
+    /// Wait so long at each frequency [s], the motion going on from one to the next; it is steady at the first, and
+    /// the fundamental is that of the cycle of the drive after the wait
     #[arg(
         long,
         value_name = "S",
@@ -298,7 +301,8 @@ Examples:
 /// Amplitude at resonance over the drive level.
 ///
 /// The steady motion, exact and with its stops, at the oscillator's own
-/// frequency or at --drive-frequency-hz.
+/// frequency or at --drive-frequency-hz. Where the mass rests there is no phase, and the
+/// cell is empty.
 #[derive(Debug, Args)]
 #[command(after_help = LEVELS_AFTER_HELP, after_long_help = LEVELS_AFTER_HELP)]
 pub(crate) struct LevelsArgs {
@@ -325,7 +329,8 @@ pub(crate) struct LevelsArgs {
     #[arg(long, value_name = "HZ", value_parser = positive, help_heading = "Levels")]
     pub(crate) drive_frequency_hz: Option<f64>,
 
-    /// Wait so long at each level [s], instead of for the steady motion
+    /// Wait so long at each level [s], instead of for the steady motion, which it is at the first; the fundamental is
+    /// that of the cycle after the wait
     #[arg(long, value_name = "S", value_parser = not_negative, help_heading = "Levels")]
     pub(crate) wait: Option<f64>,
 

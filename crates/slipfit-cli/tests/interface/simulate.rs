@@ -8,7 +8,9 @@ use std::path::Path;
 fn rows(text: &str, header: &str) -> Vec<Vec<f64>> {
     let mut lines = text.lines().filter(|l| !l.starts_with('#'));
     assert_eq!(lines.next(), Some(header));
-    lines.map(|l| l.split(',').map(|c| c.parse().unwrap()).collect()).collect()
+    // An empty cell is no number.
+    let number = |cell: &str| if cell.is_empty() { f64::NAN } else { cell.parse().unwrap() };
+    lines.map(|l| l.split(',').map(number).collect()).collect()
 }
 
 fn simulate(args: &str) -> String {
@@ -149,8 +151,33 @@ fn sweeps_and_levels_show_what_the_equations_say() {
             x if x > 0.016 => assert!((row[1] / expected - 1.0).abs() < 0.02, "{row:?} {expected}"),
             _ => {}
         }
-        assert!(row.iter().all(|v| v.is_finite()));
+        // At rest there is no phase.
+        let finite: Vec<bool> = row.iter().map(|v| v.is_finite()).collect();
+        assert_eq!(finite, [true, true, row[1] > 1e-12], "{row:?}");
     }
+}
+
+#[test]
+fn levels_at_rest_have_no_phase_and_are_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let args = "levels --frequency-hz 1 --q 50 --friction-displacement 0.01 --start-amplitude 0.002 \
+                --stop-amplitude 0.2 --points 100";
+    let text = simulate(args);
+    assert!(text.contains("\n0.002,0,\n"), "{text:.900}");
+    for name in ["levels.csv", "levels.parquet", "levels.npy"] {
+        let path = folder.path().join(name);
+        slipfit().arg("simulate").args(args.split_whitespace()).arg("--out").arg(&path).assert().success();
+        let mut command = slipfit();
+        command.arg("levels").arg(&path);
+        if name.ends_with("npy") {
+            command.args(["--drive", "1", "--amplitude", "2"]);
+        }
+        let said = stdout(&mut command);
+        assert!(said.contains("100 points, 9"), "{said}");
+    }
+    let json: serde_json::Value = serde_json::from_str(&simulate(&format!("{args} --json -"))).unwrap();
+    assert!(json["columns"][2]["values"][0].is_null());
+    assert!(json["columns"][2]["values"][99].is_f64());
 }
 
 /// Lines of the header of a record, by name.
@@ -588,6 +615,8 @@ fn json_keeps_to_its_schema() {
          --duration 2 --rate-hz 10",
         "sweep --frequency-hz 1 --q 9 --drive-amplitude 1 --start-hz 0.9 --stop-hz 1.1 --points 5",
         "levels --frequency-hz 1 --q 9 --start-amplitude 0.1 --stop-amplitude 1 --points 3 --wait 2",
+        // At rest: without a phase.
+        "levels --frequency-hz 1 --friction-displacement 1 --start-amplitude 0.1 --stop-amplitude 0.2 --points 3",
     ] {
         let text = simulate(&format!("{args} --json -"));
         let answer: serde_json::Value = serde_json::from_str(&text).unwrap();

@@ -58,7 +58,7 @@ pub struct SimulatedColumn<'a> {
     pub name: &'a str,
     /// Unit of its values.
     pub unit: &'a str,
-    /// The values, by row.
+    /// The values, by row; the phase of a mass at rest is null.
     pub values: Vec<f64>,
 }
 

@@ -136,7 +136,9 @@ fn record(
             let mut reading = readings[i as usize];
             reading.fundamental += Phasor::new(noise.next(), noise.next());
             let amplitude = converted(sample, largest, reading.amplitude());
-            row.extend([place(&reading), amplitude, reading.phase_deg()]);
+            // Of a mass at rest there is none, and the cell is empty.
+            let phase_deg = reading.phase_rad().map_or(f64::NAN, f64::to_degrees);
+            row.extend([place(&reading), amplitude, phase_deg]);
             Ok(Step::Row)
         }),
         even_rate_hz: None,

@@ -130,6 +130,8 @@ fn csv_row(out: &mut dyn Write, sheet: &Sheet<'_>, row: &[f64]) -> io::Result<()
             out.write_all(b",")?;
         }
         match column.digits {
+            // Nothing was measured.
+            _ if value.is_nan() => {}
             Digits::Shortest => write!(out, "{value}")?,
             Digits::Seven => write!(out, "{value:.6e}")?,
             Digits::All => write!(out, "{value:.16e}")?,

@@ -27,14 +27,10 @@ impl Reading {
         self.fundamental.norm()
     }
 
-    /// Phase of the fundamental against the drive, degrees in (-180, 180]; zero at rest.
-    pub fn phase_deg(&self) -> f64 {
+    /// Phase of the fundamental against the drive, rad in (-pi, pi]; a mass at rest has none.
+    pub fn phase_rad(&self) -> Option<f64> {
         // Without motion what is left is rounding.
-        if self.amplitude() <= 1e-14 * self.drive_amplitude {
-            0.0
-        } else {
-            self.fundamental.arg().to_degrees()
-        }
+        (self.amplitude() > 1e-14 * self.drive_amplitude).then(|| self.fundamental.arg())
     }
 }
 
@@ -250,7 +246,7 @@ mod tests {
     #[test]
     fn a_level_below_the_threshold_reads_zero() {
         let r = reading(&oscillator(), 0.3, 2.0).unwrap();
-        assert_eq!((r.turning_amplitude, r.phase_deg()), (0.0, 0.0));
+        assert_eq!((r.turning_amplitude, r.phase_rad()), (0.0, None));
         assert!(r.amplitude() < 1e-15);
     }
 
@@ -258,7 +254,7 @@ mod tests {
     fn at_resonance_the_response_lags_by_a_quarter() {
         let r = reading(&Oscillator::builder().frequency_hz(2.0).q_factor(30.0).build().unwrap(), 1.0, 2.0);
         let r = r.unwrap();
-        assert!((r.phase_deg() + 90.0).abs() < 1e-9);
+        assert!((r.phase_rad().unwrap().to_degrees() + 90.0).abs() < 1e-9);
         assert!((r.amplitude() - 30.0).abs() < 1e-9);
     }
 
