@@ -45,6 +45,25 @@ fn answers_keep_to_their_schemas() {
     keeps_to_schema(&json(&["series"], &example("tuning_fork.toml")), "series");
 }
 
+/// A sweep too fast: the line of the fit said 6.2 times, the warning 9.9 times.
+#[test]
+fn residuals_are_told_by_one_number() {
+    let sweep = "simulate sweep --frequency-hz 1 --q 50 --beta 0.8 --drive-amplitude 1 --start-hz 1.06 --stop-hz 0.94 \
+                 --sweep-time 600";
+    let curve = stdout(slipfit().args(sweep.split_whitespace()));
+    let output =
+        slipfit().args(["resonance", "-", "--drive-amplitude", "1"]).write_stdin(curve).output().unwrap();
+    let [shown, warned] = [output.stdout, output.stderr]
+        .map(|text| String::from_utf8(text).unwrap().split_whitespace().collect::<Vec<_>>().join(" "));
+    let number = |text: &str, from: &str, to: &str| -> f64 {
+        let after = text.split_once(from).unwrap_or_else(|| panic!("{from}: {text}")).1;
+        after.split_once(to).unwrap().0.parse().unwrap()
+    };
+    let fit = number(&shown, "residuals ", " times what noise gives");
+    let warning = number(&warned, "residuals are ", " times the noise");
+    assert!(warning > 5.0 && (fit - warning).abs() < 0.05 * warning, "{fit} {warning}");
+}
+
 /// `--model paper` was once the way to say it.
 #[test]
 fn the_response_may_be_spelled_as_it_was() {

@@ -95,7 +95,7 @@ fn facts(analysed: &AnalysedCurve<'_>, spell: Spelling<'_>) -> Facts {
             d.line_widths,
             plain(d.noise_rms, 2, &answer.unit),
             d.signal_to_noise_db,
-            times(d.residual_excess.max(0.0).sqrt())
+            times(d.residual_ratio())
         ),
     );
     facts.counted_losses(d.counted_losses, "curve");

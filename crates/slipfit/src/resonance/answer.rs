@@ -179,7 +179,8 @@ pub struct Diagnostics {
     /// Losses that the reported model has not and the data do not exclude: the intervals count them. None
     /// where they widen none of them by a tenth, or the model was asked for.
     pub counted_losses: Option<LossModel>,
-    /// Residual of the chosen model, response unit.
+    /// Residual of the chosen model, response unit; by the paper's method that of the effective Lorentzian, as are
+    /// then the residuals of the points.
     pub residual_rms: f64,
     /// Noise of an amplitude over the amplitude, where the noise was found to grow with it: every point
     /// then has its own standard error, and `noise_rms` and `residual_rms` are those of a typical
@@ -200,6 +201,15 @@ pub struct Diagnostics {
     pub points_in_line: usize,
     /// Points where the exact motion has stops.
     pub points_with_stops: usize,
+}
+
+impl Diagnostics {
+    /// Residual over the noise between neighbours: one where the model leaves no more than noise. Next to the least
+    /// noise there is, the largest number.
+    #[must_use]
+    pub fn residual_ratio(&self) -> f64 {
+        (self.residual_rms / self.noise_rms.max(f64::MIN_POSITIVE)).min(f64::MAX)
+    }
 }
 
 columns! {

@@ -85,9 +85,7 @@ pub(super) fn warnings(
     instrument(&mut list, d, answer, c);
     list.extend(rival(d, answer, options, criteria));
     drive(&mut list, d, answer, options, criteria);
-    let misfit = answer.diagnostics.residual_rms / answer.diagnostics.noise_rms.max(f64::MIN_POSITIVE);
-    // Next to the least noise there is, the ratio leaves the numbers.
-    let misfit = misfit.min(f64::MAX);
+    let misfit = answer.diagnostics.residual_ratio();
     // The noise between neighbours is itself known to about one part in the root of their number.
     if answer.diagnostics.residual_excess > 1.0 && misfit > 1.0 + 1.0 / b.observations().sqrt() {
         list.push(Warning::ModelMisfit { ratio: misfit, misfit: None });
