@@ -233,6 +233,50 @@ fn the_papers_inversion_comes_with_its_bias() {
     assert!(matches!(analyse(&curve, &options), Err(Error::MissingParameter { .. })));
 }
 
+/// What is left of the points is what the Lorentzian leaves whose parameters are reported; it was what the exact motion
+/// leaves, a fifth of that.
+#[test]
+fn the_residuals_beside_the_papers_numbers_are_those_of_its_lorentzian() {
+    for phases in [true, false] {
+        let (hz, z) = sweep(&oscillator(200.0, 0.3), [0.985, 1.015], 121, 0.05, 6);
+        let measured: Vec<f64> = z.iter().map(|z| z.norm()).collect();
+        let curve = if phases {
+            Curve::complex(hz.clone(), z).build().unwrap()
+        } else {
+            Curve::builder(hz.clone(), measured.clone()).build().unwrap()
+        };
+        let mut options = known();
+        let exact = analyse(&curve, &options).unwrap();
+        options.method = Method::Paper;
+        let a = analyse(&curve, &options).unwrap();
+        // Eq. (14) with the numbers of the answer: eqs. (12) and (13) give its Q_f and x_f, a = 4/3.
+        let of = |name| a.parameter(name).unwrap().value;
+        let (q, beta) = (of(Parameter::QFactor), of(Parameter::FrictionRatio));
+        let q_f = q * (1.0 - 0.75 * beta);
+        let x_f = (1.0 - beta) / (1.0 - 0.75 * beta);
+        let by_hand = |hz: f64| {
+            let r = hz / of(Parameter::NaturalFrequency);
+            x_f / (1.0 - r * r).hypot(r / q_f)
+        };
+        let squares: f64 = hz.iter().zip(&measured).map(|(f, m)| (m - by_hand(*f)).powi(2)).sum();
+        let rms = (squares / 118.0).sqrt();
+        assert!((a.diagnostics.residual_rms / rms - 1.0).abs() < 1e-3, "{rms} {:?}", a.diagnostics);
+        assert!(rms > 3.0 * exact.diagnostics.residual_rms, "{rms} {:?}", exact.diagnostics);
+        assert!(a.diagnostics.residual_ratio() > 3.0 && a.diagnostics.residual_excess > 1.0);
+        for p in &a.points {
+            let fitted = by_hand(p.frequency_hz);
+            assert!((p.fitted_amplitude / fitted - 1.0).abs() < 1e-6, "{p:?} {fitted}");
+            assert!((p.residual - (p.amplitude - p.fitted_amplitude)).abs() < 1e-12, "{p:?}");
+            assert!((a.fit.response(p.frequency_hz).norm() / fitted - 1.0).abs() < 1e-6, "{p:?}");
+            assert_eq!((p.residual_across, p.phase_rad.is_some()), (0.0, phases));
+        }
+        // Without friction the base drives an oscillator of the Q reported.
+        let peak = a.fit.friction_free(of(Parameter::NaturalFrequency)).norm();
+        assert!((peak / q - 1.0).abs() < 1e-6, "{peak} {q}");
+        assert_eq!(a.comparison, exact.comparison);
+    }
+}
+
 #[test]
 fn bad_curves_are_refused_or_flagged() {
     let o = oscillator(50.0, 0.2);

@@ -4,6 +4,7 @@ use super::averaged::{self};
 use super::block::Block;
 use super::criteria::Criteria;
 use super::fitted_models::FittedModels;
+use super::paper::Lorentzian;
 use super::problem::Problem;
 use super::quantities::{given_terms, is_exact, papers_parameters, parameters};
 use super::response::{
@@ -51,12 +52,13 @@ pub(super) fn answer(
     }
     let problem = d.problem_of(chosen);
     let p = &chosen.bounded.parameters;
-    let (parameters, counted_losses) = match d.method() {
-        Method::Paper => (papers_parameters(used, options, d, chosen, criteria)?, None),
-        _ => parameters(used, options, d, chosen),
+    let lorentzian = papers_lorentzian(d, criteria)?;
+    let (parameters, counted_losses) = match &lorentzian {
+        Some(lorentzian) => (papers_parameters(used, options, d, chosen, lorentzian), None),
+        None => parameters(used, options, d, chosen),
     };
     let mut shown = p.clone();
-    if d.method() == Method::Paper {
+    if lorentzian.is_some() {
         let of = |parameter| parameters.get(parameter).map_or(0.0, |q| q.value);
         (shown[DELTA], shown[X_F]) = (of(Parameter::DECAY_RATE), of(Parameter::FRICTION_DISPLACEMENT));
     }
@@ -64,7 +66,7 @@ pub(super) fn answer(
     let shares = [highest, lowest].map(|amplitude| sliding_share(&problem, &shown, amplitude));
     let sigma = comparison.noise.residual_variance(&chosen.bounded).sqrt();
     let (force, force_line) = force::balance(&problem, p, sigma, used.unit(), &criteria.force);
-    let points = match &d.all {
+    let mut points = match &d.all {
         // Every point beside the fit, of which the groups' means were part.
         Some(all) => {
             let group = (all.len() as f64 / problem.main.len() as f64).max(1.0);
@@ -74,8 +76,28 @@ pub(super) fn answer(
         }
         None => points(&problem, p, false, sigma),
     };
+    let mut fit = FittedCurve {
+        guide: guide(used, &problem, p, criteria.answer.run_points),
+        parameters: p.clone(),
+        friction_free: with_no_friction(p),
+        problem: problem.clone(),
+    };
+    let mut diagnostics =
+        Diagnostics { counted_losses, law_holds: true, ..diagnostics(curve, used, d, &points, sigma) };
+    if let Some(lorentzian) = &lorentzian {
+        let of = |parameter| parameters.get(parameter).map_or(0.0, |q| q.value);
+        let free = [of(Parameter::DECAY_RATE), of(Parameter::DriveAmplitude)];
+        fit.friction_free = lorentzian.linear(&problem, p, free);
+        fit.parameters = lorentzian.linear(&problem, p, lorentzian.effective());
+        describe_by(&fit, lorentzian.residual_rms() / sigma, &mut points);
+        let left = lorentzian.autocorrelation(&criteria.residuals);
+        diagnostics.residual_rms = lorentzian.residual_rms();
+        diagnostics.residual_excess = left.variance_inflation;
+        diagnostics.residual_autocorrelation = left.rho;
+    }
     let reference = problem.reference.is_some().then(|| reference(d, chosen, &problem, sigma, criteria));
     let (sliding, law_holds) = evidence(d, chosen, shares);
+    diagnostics.law_holds = law_holds;
     let mut answer = Answer {
         model: chosen.model,
         preferred_model: preferred.model,
@@ -90,20 +112,45 @@ pub(super) fn answer(
         force_line,
         paper: paper::estimate(&problem, p, d.source != DriveSource::Shape, &criteria.search),
         reference,
-        diagnostics: Diagnostics { counted_losses, law_holds, ..diagnostics(curve, used, d, &points, sigma) },
+        diagnostics,
         warnings: Vec::new(),
         unit: used.unit().to_owned(),
         given_terms: given_terms(used, d, chosen),
         points,
         mean_drive: used.drive().map(|d| d.iter().sum::<f64>() / d.len() as f64),
-        fit: FittedCurve {
-            guide: guide(used, &problem, p, criteria.answer.run_points),
-            parameters: p.clone(),
-            problem,
-        },
+        fit,
     };
-    answer.warnings = super::warnings::warnings(curve, used, d, &answer, options, criteria);
+    answer.warnings = super::warnings::warnings(curve, used, d, p, &answer, options, criteria);
     Ok(answer)
+}
+
+/// The Lorentzian that the paper's inversion starts from, where that is asked for.
+fn papers_lorentzian(d: &FittedModels, criteria: &Criteria) -> Result<Option<Lorentzian>, Error> {
+    if d.method() != Method::Paper {
+        return Ok(None);
+    }
+    let b = &d.problem.main;
+    let found = Lorentzian::of(b, &b.amplitudes(), &criteria.search);
+    found.map(Some).ok_or(Error::NoFit { reason: "no effective Lorentzian was reached" })
+}
+
+/// Parameters of the same oscillator without sliding friction.
+fn with_no_friction(p: &[f64]) -> Vec<f64> {
+    let mut free = p.to_vec();
+    free[X_F] = 0.0;
+    free
+}
+
+/// Puts another curve beside points, of which it describes the amplitudes alone; `noise` is the scatter about it over that
+/// about the curve before.
+fn describe_by(fit: &FittedCurve, noise: f64, points: &mut [CurvePoint]) {
+    for point in points {
+        let value = fit.response_at(point.frequency_hz, point.drive);
+        (point.fitted_amplitude, point.fitted_phase_rad) = (value.norm(), value.arg());
+        point.residual = point.amplitude - point.fitted_amplitude;
+        point.residual_across = 0.0;
+        point.std_error *= noise;
+    }
 }
 
 /// The evidence for sliding friction, other terms of the instrument counted. Where the losses reported

@@ -1,7 +1,7 @@
 //! The fitted curve, to be drawn or subtracted.
 
 use super::problem::Problem;
-use super::response::{Modelled, X_F};
+use super::response::Modelled;
 use crate::motion::steady::Phasor;
 use crate::motion::steady::fundamental::Follower;
 use std::f64::consts::TAU;
@@ -11,6 +11,8 @@ use std::f64::consts::TAU;
 pub struct FittedCurve {
     pub(crate) problem: Problem,
     pub(crate) parameters: Vec<f64>,
+    /// Those of the same oscillator without sliding friction.
+    pub(crate) friction_free: Vec<f64>,
     /// Angular frequency and amplitude of the points that say which branch is meant, those of the
     /// first run, where the frequency went both up and down.
     pub(crate) guide: Vec<[f64; 2]>,
@@ -26,9 +28,12 @@ impl FittedCurve {
     /// The same oscillator under the same drive, without sliding friction: the ghost behind
     /// the curve. Instrument terms included.
     pub fn friction_free(&self, frequency_hz: f64) -> Phasor {
-        let mut p = self.parameters.clone();
-        p[X_F] = 0.0;
-        self.at(&p, frequency_hz)
+        self.at(&self.friction_free, frequency_hz)
+    }
+
+    /// The fitted response of an oscillator without friction at a drive over its mean.
+    pub(super) fn response_at(&self, frequency_hz: f64, drive: f64) -> Phasor {
+        self.response(frequency_hz) * drive
     }
 
     /// The oscillator alone: no background, delay or phase offset.

@@ -2,10 +2,11 @@
 
 use super::answer::PaperEstimate;
 use super::block::Block;
-use super::criteria::SearchCriteria;
+use super::criteria::{ResidualCriteria, SearchCriteria};
 use super::peak;
 use super::problem::Problem;
-use super::response::{COUNT, DELTA, OMEGA, X_0};
+use super::residuals::{Autocorrelation, autocorrelation};
+use super::response::{COUNT, DELAY, DELTA, OMEGA, PHASE, X_0};
 use super::search::best;
 use super::start;
 use crate::inference::least_squares::Fit;
@@ -16,6 +17,7 @@ use std::f64::consts::{FRAC_PI_4, TAU};
 /// Eq. (14) fitted to the amplitudes, all points of equal weight.
 pub(super) struct Lorentzian {
     fit: Fit,
+    problem: Problem,
     centre: f64,
     variance: f64,
 }
@@ -53,7 +55,31 @@ impl Lorentzian {
         let fit = best(&problem, &starts, &free, c)?;
         let dof = (problem.main.len() as f64 - 3.0).max(1.0);
         let good = fit.parameters[DELTA] > 0.0;
-        good.then(|| Self { variance: fit.rss / dof, fit, centre: peak.omega })
+        good.then(|| Self { variance: fit.rss / dof, fit, problem, centre: peak.omega })
+    }
+
+    /// Root mean square of what it leaves of the amplitudes.
+    pub(super) fn residual_rms(&self) -> f64 {
+        self.variance.sqrt()
+    }
+
+    /// How what it leaves goes on from point to point.
+    pub(super) fn autocorrelation(&self, c: &ResidualCriteria) -> Autocorrelation {
+        autocorrelation(&self.problem, &self.fit, c)
+    }
+
+    /// Effective decay rate, and the effective drive of the paper.
+    pub(super) fn effective(&self) -> [f64; 2] {
+        [self.fit.parameters[DELTA], self.fit.parameters[X_0]]
+    }
+
+    /// A linear oscillator at its frequency as parameters of a problem, with the phases that the fit `p` of that problem
+    /// has; of the [effective](Self::effective) loss and drive its amplitudes are those of eq. (14).
+    pub(super) fn linear(&self, problem: &Problem, p: &[f64], [delta, x_0]: [f64; 2]) -> Vec<f64> {
+        let mut linear = vec![0.0; p.len()];
+        (linear[OMEGA], linear[DELTA], linear[X_0]) = (self.omega_0() - problem.centre, delta, x_0);
+        (linear[PHASE], linear[DELAY]) = (p[PHASE], p[DELAY]);
+        linear
     }
 
     pub(super) fn omega_0(&self) -> f64 {

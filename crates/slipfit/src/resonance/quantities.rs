@@ -3,12 +3,12 @@
 use super::alternatives::Alternative;
 use super::averaged;
 use super::bias;
-use super::criteria::Criteria;
 use super::fitted_models::FittedModels;
 use super::paper::Lorentzian;
 use super::problem::Problem;
 use super::response::{BG_RE, DUFFING, FLOOR, OFFSET, OMEGA, X_0, X_F, slot};
 use super::{Curve, DriveSource, Options};
+use crate::Quantity;
 use crate::answer::averaged::{absent_losses, widening};
 use crate::answer::calibration::physical;
 use crate::answer::describe::{LossFit, fit_of, non_negative, q_factor, symmetric, undetermined, unknown};
@@ -17,7 +17,6 @@ use crate::inference::least_squares::{Fit, minimise};
 use crate::inference::model_selection::ModelFit;
 use crate::inference::profile::{Estimate, Profile};
 use crate::model::loss::{LossModel, LossTerm};
-use crate::{Error, Quantity};
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
 fn loss_fit<'a>(d: &FittedModels, problem: &'a Problem, unbounded: &'a Fit) -> LossFit<'a> {
@@ -253,18 +252,14 @@ fn friction_ratio(d: &FittedModels, chosen: &ModelFit, x_f: &Quantity, x_0: &Qua
     found.unwrap_or(scaled)
 }
 
-/// The parameters by the paper's inversion.
+/// The parameters by the paper's inversion of a Lorentzian.
 pub(super) fn papers_parameters(
     used: &Curve,
     options: &Options,
     d: &FittedModels,
     chosen: &ModelFit,
-    criteria: &Criteria,
-) -> Result<Parameters, Error> {
-    let b = &d.problem.main;
-    let measured: Vec<f64> = (0..b.len()).map(|i| b.amplitude(i)).collect();
-    let lorentzian = Lorentzian::of(b, &measured, &criteria.search)
-        .ok_or(Error::NoFit { reason: "no effective Lorentzian was reached" })?;
+    lorentzian: &Lorentzian,
+) -> Parameters {
     let unit = used.unit();
     let x_0 = drive_amplitude(d, chosen, unit);
     let found = lorentzian.invert(x_0.value);
@@ -293,7 +288,7 @@ pub(super) fn papers_parameters(
     .into_iter()
     .collect();
     calibrated(&mut list, options, omega_0, unit, &delta, &x_f);
-    Ok(list)
+    list
 }
 
 /// Whether a loss is one of the two that the exact response has.

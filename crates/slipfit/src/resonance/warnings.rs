@@ -19,6 +19,7 @@ pub(super) fn warnings(
     curve: &Curve,
     used: &Curve,
     d: &FittedModels,
+    p: &[f64],
     answer: &Answer,
     options: &Options,
     criteria: &Criteria,
@@ -52,7 +53,7 @@ pub(super) fn warnings(
     if d.conjugated {
         list.push(Warning::PhaseSign);
     }
-    let shown = oscillator_seen(&d.problem, &answer.fit.parameters);
+    let shown = oscillator_seen(&d.problem, p);
     let shown = shown.as_ref().unwrap_or(b);
     let noise = if std::ptr::eq(shown, b) { noise } else { peak::noise(shown).max(noise) };
     let runs = runs_of(used, shown, c.run_points);
@@ -82,9 +83,9 @@ pub(super) fn warnings(
         list.push(Warning::SecondPeak { main_hz: omega / TAU, other_hz: other / TAU, relative_height });
     }
     shape(&mut list, d, answer, c);
-    instrument(&mut list, d, answer, c);
+    instrument(&mut list, d, p, answer, c);
     list.extend(rival(d, answer, options, criteria));
-    drive(&mut list, d, answer, options, criteria);
+    drive(&mut list, d, p, answer, options, criteria);
     let misfit = answer.diagnostics.residual_ratio();
     // The noise between neighbours is itself known to about one part in the root of their number.
     if answer.diagnostics.residual_excess > 1.0 && misfit > 1.0 + 1.0 / b.observations().sqrt() {
@@ -143,8 +144,7 @@ fn shape(list: &mut Vec<Warning>, d: &FittedModels, answer: &Answer, c: &AnswerC
     }
 }
 
-fn instrument(list: &mut Vec<Warning>, d: &FittedModels, answer: &Answer, c: &AnswerCriteria) {
-    let p = &answer.fit.parameters;
+fn instrument(list: &mut Vec<Warning>, d: &FittedModels, p: &[f64], answer: &Answer, c: &AnswerCriteria) {
     if answer.instrument.background.is_some() {
         list.push(Warning::Background {
             relative: p[BG_RE].hypot(p[BG_IM]) / d.problem.main.highest(),
@@ -213,7 +213,14 @@ fn rival(d: &FittedModels, answer: &Answer, options: &Options, criteria: &Criter
     })
 }
 
-fn drive(list: &mut Vec<Warning>, d: &FittedModels, answer: &Answer, options: &Options, criteria: &Criteria) {
+fn drive(
+    list: &mut Vec<Warning>,
+    d: &FittedModels,
+    p: &[f64],
+    answer: &Answer,
+    options: &Options,
+    criteria: &Criteria,
+) {
     let c = &criteria.answer;
     if let Some(gain) = &d.free_gain
         && gain.alternative.weight > c.other_gain
@@ -235,7 +242,6 @@ fn drive(list: &mut Vec<Warning>, d: &FittedModels, answer: &Answer, options: &O
         });
     }
     let Some(reference) = &answer.reference else { return };
-    let p = &answer.fit.parameters;
     let apart = (p[R_OMEGA] - p[OMEGA]).abs();
     let relative_frequency = apart / (d.problem.centre + p[OMEGA]);
     let ratio = p[R_DELTA] / p[DELTA];
