@@ -94,7 +94,7 @@ impl Failure {
                 return Self::new(message).hints(&error.hints(what));
             }
             Error::MissingParameter { name, hint } => {
-                return Self::new(format!("{} is missing: {hint}", flag(name)));
+                return Self::new(format!("{} is missing: {hint}", flag(name))).hints(&error.hints(what));
             }
             _ => {}
         }

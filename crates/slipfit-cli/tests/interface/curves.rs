@@ -45,6 +45,15 @@ fn answers_keep_to_their_schemas() {
     keeps_to_schema(&json(&["series"], &example("tuning_fork.toml")), "series");
 }
 
+/// The paper's inversion needs the drive amplitude, which a reference gives as well.
+#[test]
+fn what_gives_the_drive_amplitude_is_named_where_it_is_missing() {
+    let said = refused(&["resonance", "--response", "paper"], &example(SWEEP));
+    let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(said.contains("--drive-amplitude is missing"), "{said}");
+    assert!(said.contains("--drive-amplitude or --reference gives it"), "{said}");
+}
+
 /// A sweep too fast: the line of the fit said 6.2 times, the warning 9.9 times.
 #[test]
 fn residuals_are_told_by_one_number() {
