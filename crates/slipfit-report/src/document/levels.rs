@@ -43,10 +43,14 @@ fn facts(analysed: &AnalysedLevels<'_>, spell: Spelling<'_>) -> Facts {
     }
     facts.notes(&reading.notes, spell);
     let d = &answer.diagnostics;
+    let undecided = match d.undecided {
+        0 => String::new(),
+        n => format!(", {n} that may be either"),
+    };
     facts.add(
         "fit",
         format!(
-            "{} points, {} moving, {} stuck; residuals {}; a bend of the line: {}",
+            "{} points, {} moving, {} stuck{undecided}; residuals {}; a bend of the line: {}",
             d.points,
             d.moving,
             d.stuck,

@@ -4,7 +4,7 @@ use super::answer::{Answer, Breakaway, Diagnostics, LevelPoint};
 use super::branch::MovingBranch;
 use super::criteria::{Criteria, LevelCriteria};
 use super::exact_motion::on_the_line;
-use super::line::breakaway;
+use super::line::{breakaway, undecided};
 use super::plateau::Adds;
 use super::quantities::{Calibrated, LineQuantities, inverse};
 use super::sorted::SortedLevels;
@@ -82,8 +82,10 @@ fn by_line(levels: &Levels, options: &Options, criteria: &Criteria) -> Result<An
     let calibrated = found.calibrated(levels, options);
     let points = points(&sorted, &branch);
     let [intercept, slope] = [0, 1].map(|k| branch.fit.parameters[k]);
-    let breakaway = breakaway(&points, &branch.motion, &branch.line, [intercept, slope], &criteria.levels);
-    let moving = points.iter().filter(|p| p.moving).count();
+    let undecided = undecided(&points, &branch.motion, &branch.line, &criteria.levels);
+    let breakaway = breakaway(&points, &branch.motion, &undecided, [intercept, slope], &criteria.levels);
+    let undecided = undecided.iter().filter(|undecided| **undecided).count();
+    let stuck = points.iter().filter(|p| !p.moving).count();
     let answer = Answer {
         parameters: parameters(&found, calibrated.as_ref(), levels, options),
         p_value: found.p_value,
@@ -92,8 +94,9 @@ fn by_line(levels: &Levels, options: &Options, criteria: &Criteria) -> Result<An
         loss_correlation: calibrated.as_ref().map_or(0.0, |c| c.loss_correlation),
         diagnostics: Diagnostics {
             points: points.len(),
-            moving,
-            stuck: points.len() - moving,
+            moving: points.len() - stuck - undecided,
+            stuck,
+            undecided,
             residual_rms: branch.residual_rms,
             bend_p_value: branch.bend.0,
         },
@@ -377,6 +380,35 @@ mod tests {
         assert!(b.moving_from > 0.5, "{b:?}");
         assert!(a.detected, "{:?}", a.warnings);
         assert!(a.warnings.is_empty(), "{:?}", a.warnings);
+    }
+
+    /// A level just above the threshold, which has no part in the line: it was counted as moving, and the breakaway said
+    /// that the mass moves from the next one on.
+    #[test]
+    fn counts_and_breakaway_say_the_same_of_a_level_beside_the_threshold() {
+        let (mut seen, mut neither) = (0, 0);
+        for seed in 0..40 {
+            let drive: Vec<f64> = (2..=24).map(|i| 0.5 * f64::from(i)).collect();
+            let at = |(i, d): (usize, &f64)| {
+                let moving = 24.0 * (d - 1.914f64).max(0.0);
+                (moving + 0.5 * jitter(i, 2 * seed)).hypot(0.5 * jitter(i, 2 * seed + 1))
+            };
+            let amplitude: Vec<f64> = drive.iter().enumerate().map(at).collect();
+            let a =
+                analyse(&Levels::builder(drive, amplitude).build().unwrap(), &Options::default()).unwrap();
+            let (d, b) = (a.diagnostics, a.breakaway.unwrap());
+            assert_eq!(d.moving + d.stuck + d.undecided, 23);
+            assert_eq!(
+                d.moving,
+                a.points.iter().filter(|p| p.drive >= b.moving_from).count(),
+                "{seed}: {b:?}"
+            );
+            let stuck = a.points.iter().filter(|p| b.stuck_below.is_some_and(|stuck| p.drive <= stuck));
+            assert_eq!(d.stuck, stuck.count(), "{seed}: {b:?}");
+            seen += usize::from(b.moving_from == 2.0);
+            neither += d.undecided;
+        }
+        assert!(seen > 0 && neither > 0, "{seen} {neither}");
     }
 
     #[test]

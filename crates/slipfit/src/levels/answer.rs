@@ -51,6 +51,8 @@ pub struct Diagnostics {
     pub moving: usize,
     /// Points on the stuck branch.
     pub stuck: usize,
+    /// Points beside the threshold that may stick as well as move, and whose reading does not tell.
+    pub undecided: usize,
     /// Residual over the moving branch, response unit (weighted where errors are known).
     pub residual_rms: f64,
     /// p value of a bend (drag, hardening) in the moving branch.

@@ -34,7 +34,8 @@ criteria! {
         /// Amplitude over that of the line below which a level above the threshold is stuck.
         stuck_of_expected: f64 = 0.25, source "a level that moves is read near the line",
             moves "breakaway and its warning";
-        /// Standard errors above which the amplitude of the line lies there.
+        /// Standard errors above which the amplitude of the line lies there, and that of a level beside the threshold
+        /// stands out of the noise.
         expected_errors: f64 = 4.0, source "one level in 1e4 by chance", moves "breakaway and its warning";
         /// Times, at most, that what the exact motion reads beside the line is taken off the levels.
         exact_rounds: usize = 12, source "what is left falls to a third and less each time", moves "coverage at low Q";

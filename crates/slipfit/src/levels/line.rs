@@ -192,12 +192,28 @@ impl Line {
     }
 }
 
-/// Where the mass breaks loose, by the branches; `amplitudes`: of the motion, without what a detector adds. A level that may
-/// stick as well as move is neither.
-pub(super) fn breakaway(
+/// Which levels were seen neither stuck nor moving: those that by the line may stick as well as move, and whose own reading
+/// does not stand out of the noise.
+pub(super) fn undecided(
     points: &[LevelPoint],
     amplitudes: &[f64],
     line: &Line,
+    c: &LevelCriteria,
+) -> Vec<bool> {
+    let stands_out = |p: &LevelPoint, amplitude: f64| amplitude > c.expected_errors * p.std_error;
+    points
+        .iter()
+        .zip(amplitudes)
+        .zip(&line.moving)
+        .map(|((p, amplitude), in_line)| p.moving && !in_line && !stands_out(p, *amplitude))
+        .collect()
+}
+
+/// Where the mass breaks loose, by the branches; `amplitudes`: of the motion, without what a detector adds.
+pub(super) fn breakaway(
+    points: &[LevelPoint],
+    amplitudes: &[f64],
+    undecided: &[bool],
     [intercept, slope]: [f64; 2],
     c: &LevelCriteria,
 ) -> Option<Breakaway> {
@@ -209,8 +225,8 @@ pub(super) fn breakaway(
     };
     let all = || points.iter().zip(amplitudes);
     let first_moving = all()
-        .zip(&line.moving)
-        .find(|(each, moves)| **moves && !against_the_line(each))
+        .zip(undecided)
+        .find(|(each, undecided)| each.0.moving && !**undecided && !against_the_line(each))
         .map(|((p, _), _)| p.drive);
     let stuck_above_threshold = all().filter(against_the_line).map(|(p, _)| p.drive).next_back();
     let ratio = |stuck_at: f64| stuck_at / (FRAC_PI_4 * threshold);
