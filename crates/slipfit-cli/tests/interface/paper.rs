@@ -47,6 +47,23 @@ fn the_paper_is_reproduced_with_its_numbers() {
     let top = loaded.iter().copied().fold(0.0, f64::max);
     assert!(top > 3.0 * loaded[0], "{top} {}", loaded[0]);
     assert!(top > 0.5, "{top} {}", loaded[0]);
+    // Every row names its curve, a fit its load.
+    for (name, fits) in [
+        ("fig2_a", ["fit of eq. (16), free", "fit of eq. (16), load 9 nN", "fit of eq. (16), load 13 nN"]),
+        ("fig2_c", ["Lorentzian fit, free", "Lorentzian fit, F = 16 nN", "Lorentzian fit, F = 48 nN"]),
+    ] {
+        let table = whole(&out, &format!("{name}.csv"));
+        let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(table.as_bytes());
+        let curves: Vec<String> = reader.records().map(|row| row.unwrap()[0].to_owned()).collect();
+        assert!(curves.iter().all(|curve| !curve.is_empty()), "{name}");
+        for fit in fits {
+            assert!(curves.iter().any(|curve| curve == fit), "{name}: {fit}");
+        }
+    }
+    // In the picture one entry stands for the fits.
+    let picture = whole(&out, "fig2.svg");
+    assert_eq!(picture.matches("fits of eq. (16)<").count(), 2);
+    assert!(!picture.contains("fit of eq. (16), load"), "a row of the legend for each");
     // The same seed, the same bytes.
     let again = folder.path().join("again");
     stdout(slipfit().arg("paper").arg("--out").arg(&again));

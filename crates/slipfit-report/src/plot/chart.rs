@@ -51,12 +51,28 @@ impl Scaled {
 
 /// One curve.
 pub struct Series {
-    /// As in the legend; an unnamed one is not in it.
+    /// As in the table, and in the legend unless that names it otherwise.
     pub name: String,
+    /// As in the legend where that is not its name; an empty one is not in it.
+    pub legend: Option<&'static str>,
     /// Its points; those that are not finite are left out.
     pub points: Vec<Point>,
     /// How it is drawn.
     pub style: SeriesStyle,
+}
+
+impl Series {
+    /// A curve whose name the legend shows.
+    #[must_use]
+    pub fn new(name: impl Into<String>, points: Vec<Point>, style: SeriesStyle) -> Self {
+        Self { name: name.into(), legend: None, points, style }
+    }
+
+    /// The same with another name in the legend; with an empty one it is not in it.
+    #[must_use]
+    pub fn in_legend(self, name: &'static str) -> Self {
+        Self { legend: Some(name), ..self }
+    }
 }
 
 /// How a curve is drawn; the number chooses the colour.
@@ -137,8 +153,8 @@ pub(super) fn draw(chart: &Chart) -> Figure {
             (None, _) => {}
         }
     }
-    let named = chart.series.iter().filter(|s| !s.name.is_empty());
-    let legend: Vec<(Mark, &str)> = named.map(|s| (s.style.mark(), s.name.as_str())).collect();
+    let named = chart.series.iter().map(|s| (s.style.mark(), s.legend.unwrap_or(&s.name)));
+    let legend: Vec<(Mark, &str)> = named.filter(|(_, name)| !name.is_empty()).collect();
     if !legend.is_empty() {
         panel.legend(&legend);
     }

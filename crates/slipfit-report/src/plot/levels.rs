@@ -34,7 +34,7 @@ pub(super) fn charts(analysed: &AnalysedLevels<'_>) -> Vec<Chart> {
         let unit = scale.unit.trim_start_matches('×');
         if unit.is_empty() { name.to_owned() } else { format!("{name} [{unit}]") }
     };
-    let series = |name: &str, points, style| Series { name: name.to_owned(), points, style };
+    let series = |name: &str, points, style| Series::new(name, points, style);
     let curve = Chart {
         file: "levels",
         title: "amplitude at resonance".to_owned(),

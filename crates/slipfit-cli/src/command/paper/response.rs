@@ -67,11 +67,13 @@ pub(super) fn curves() -> Result<Curves, Error> {
         fits.push(Fitted { coulomb_force, line, inversion, true_q: o.q_factor() });
         let point = |f: f64, a: f64| [f - FREQUENCY_HZ, a * 1e9];
         let points = readings.iter().map(|r| point(r.frequency_hz, r.amplitude())).collect();
-        series.push(Series { name: named(coulomb_force), points, style: SeriesStyle::Line(color) });
+        series.push(Series::new(named(coulomb_force), points, SeriesStyle::Line(color)));
         let fitted = (-POINTS..=POINTS).step_by(3).map(frequency);
         let points = fitted.map(|f| point(f, line.amplitude(TAU * f))).collect();
-        let name = if color == COLORS[3] { "Lorentzian fits" } else { "" };
-        dots.push(Series { name: name.to_owned(), points, style: SeriesStyle::Dots(color) });
+        let name = format!("Lorentzian fit, {}", named(coulomb_force));
+        // One entry for all of them.
+        let legend = if color == COLORS[3] { "Lorentzian fits" } else { "" };
+        dots.push(Series::new(name, points, SeriesStyle::Dots(color)).in_legend(legend));
     }
     series.append(&mut dots);
     let chart = Chart {
@@ -116,14 +118,10 @@ pub(super) fn at_a_third() -> Result<AtAThird, Error> {
         }
         others.extend(irregular);
         highest = points.iter().fold(highest, |m, p| m.max(p[1]));
-        series.push(Series { name: named(coulomb_force), points, style: SeriesStyle::Line(color) });
+        series.push(Series::new(named(coulomb_force), points, SeriesStyle::Line(color)));
     }
     if !others.is_empty() {
-        series.push(Series {
-            name: "the mass stops or turns on the way".to_owned(),
-            points: others,
-            style: SeriesStyle::Dots(4),
-        });
+        series.push(Series::new("the mass stops or turns on the way", others, SeriesStyle::Dots(4)));
     }
     let chart = Chart {
         file: "fig2_d",

@@ -36,6 +36,12 @@ pub(super) struct RingDown {
     fit: Vec<[f64; 2]>,
 }
 
+impl RingDown {
+    fn named(&self) -> String {
+        if self.coulomb_force > 0.0 { format!("load {}", self.load) } else { self.load.to_owned() }
+    }
+}
+
 pub(super) fn fork(coulomb_force: f64, viscous: f64) -> Result<Oscillator, Error> {
     Oscillator::builder()
         .frequency_hz(FREQUENCY_HZ)
@@ -102,16 +108,13 @@ pub(super) fn charts(all: &[RingDown]) -> Vec<Chart> {
     let series = || {
         let mut series = Vec::new();
         for (r, c) in all.iter().zip(COLORS) {
-            let name = if r.coulomb_force > 0.0 { format!("load {}", r.load) } else { r.load.to_owned() };
-            series.push(Series { name, points: r.data.clone(), style: SeriesStyle::Line(c) });
+            series.push(Series::new(r.named(), r.data.clone(), SeriesStyle::Line(c)));
         }
         for (r, c) in all.iter().zip(COLORS) {
-            let name = if c == COLORS[2] { "fits of eq. (16)" } else { "" };
-            series.push(Series {
-                name: name.to_owned(),
-                points: r.fit.clone(),
-                style: SeriesStyle::LargeDots(c),
-            });
+            let name = format!("fit of eq. (16), {}", r.named());
+            // One entry for all of them.
+            let legend = if c == COLORS[2] { "fits of eq. (16)" } else { "" };
+            series.push(Series::new(name, r.fit.clone(), SeriesStyle::LargeDots(c)).in_legend(legend));
         }
         series
     };

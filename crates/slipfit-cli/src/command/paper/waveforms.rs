@@ -45,28 +45,16 @@ pub(super) fn charts() -> Result<Waveforms, Error> {
             let velocity = column == 1;
             let curve = |state: &SteadyState, steps: u32| trace(state, steps, velocity);
             let mut curves = vec![
-                Series { name: "exact".into(), points: curve(&exact, STEPS), style: SeriesStyle::Wide(5) },
-                Series {
-                    name: "30 terms".into(),
-                    points: curve(&series, STEPS),
-                    style: SeriesStyle::Line(1),
-                },
-                Series {
-                    name: "leading term, eq. (8)".into(),
-                    points: curve(&leading, DOTS),
-                    style: SeriesStyle::Dots(0),
-                },
+                Series::new("exact", curve(&exact, STEPS), SeriesStyle::Wide(5)),
+                Series::new("30 terms", curve(&series, STEPS), SeriesStyle::Line(1)),
+                Series::new("leading term, eq. (8)", curve(&leading, DOTS), SeriesStyle::Dots(0)),
             ];
             if velocity {
                 let points = curve(&exact, STEPS)
                     .into_iter()
                     .map(|[t, v]| [t, if v.abs() < 1e-9 * gain { 0.0 } else { -0.5 * gain * v.signum() }])
                     .collect();
-                curves.push(Series {
-                    name: "friction force, rescaled".into(),
-                    points,
-                    style: SeriesStyle::Dashed(2),
-                });
+                curves.push(Series::new("friction force, rescaled", points, SeriesStyle::Dashed(2)));
             }
             if stops > 0 {
                 let points = exact
@@ -77,7 +65,7 @@ pub(super) fn charts() -> Result<Waveforms, Error> {
                         [t, if velocity { 0.0 } else { x }]
                     })
                     .collect();
-                curves.push(Series { name: "stops".into(), points, style: SeriesStyle::LargeDots(3) });
+                curves.push(Series::new("stops", points, SeriesStyle::LargeDots(3)));
             }
             // Room for the legend above the curves.
             let reach = if velocity { 2.4 } else { 1.9 } * gain;
