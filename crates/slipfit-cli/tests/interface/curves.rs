@@ -71,6 +71,8 @@ fn residuals_are_told_by_one_number() {
     let fit = number(&shown, "residuals ", " times what noise gives");
     let warning = number(&warned, "residuals are ", " times the noise");
     assert!(warning > 5.0 && (fit - warning).abs() < 0.05 * warning, "{fit} {warning}");
+    // No percentage is minus nothing.
+    assert!(!shown.contains("-0 %") && !shown.contains("+0 %"), "{shown}");
 }
 
 /// `--model paper` was once the way to say it.

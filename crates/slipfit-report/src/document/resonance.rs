@@ -6,7 +6,7 @@ use super::method;
 use super::models::Comparison;
 use super::parameter::ParameterRow;
 use super::reading::{column, counted};
-use crate::format::{Rounded, percent, plain, times};
+use crate::format::{Rounded, percent, plain, signed_percent, times};
 use crate::{AnalysedCurve, Sentence, plot};
 use slipfit::answer::hint::Spelling;
 use slipfit::resonance::{Answer, DriveSource, Method, RunDirection};
@@ -162,9 +162,9 @@ fn paper(facts: &mut Facts, answer: &Answer) {
         if let (Some(dq), Some(df)) = (p.q_factor_bias, p.friction_bias) {
             let _ = write!(
                 text,
-                "; on a curve like this it is off by {:+.0} % in Q, {:+.0} % in friction",
-                100.0 * dq,
-                100.0 * df
+                "; on a curve like this it is off by {} in Q, {} in friction",
+                signed_percent(dq),
+                signed_percent(df)
             );
         }
     }

@@ -13,6 +13,7 @@ mod misfit;
 mod p_value;
 pub mod parameter;
 pub mod quantity;
+pub mod rounded;
 #[cfg(feature = "serde")]
 pub(crate) mod serialise;
 pub mod warning;

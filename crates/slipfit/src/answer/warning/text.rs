@@ -3,6 +3,7 @@
 use super::Warning;
 use crate::answer::figures::{self, counted, figures};
 use crate::answer::p_value;
+use crate::answer::rounded::{Rounded, plain, signed_percent};
 use std::fmt;
 
 /// Standard errors beyond which their number says nothing more.
@@ -21,26 +22,12 @@ fn multiple(ratio: f64) -> String {
 
 /// A relative bias; of what grows without limit there is none to tell.
 fn bias(relative: f64) -> String {
-    if relative.is_finite() { format!("by {:+.0} %", 100.0 * relative) } else { "beyond any limit".into() }
+    if relative.is_finite() { format!("by {}", signed_percent(relative)) } else { "beyond any limit".into() }
 }
 
-/// A value with its error rounded to one digit, to two below 3, as `(3.4 ± 0.8)×10⁻³ rad`.
+/// A value with its error, as the report has it.
 fn with_error([value, error]: [f64; 2], unit: &str) -> String {
-    let size = value.abs().max(error);
-    if !(size > 0.0 && size.is_finite() && error > 0.0) {
-        return format!("{value:.3e} {unit}").trim_end().to_owned();
-    }
-    let power = size.log10().floor();
-    let [value, error] = [value, error].map(|number| number / 10f64.powf(power));
-    let leading = error.log10().floor();
-    let digits = if error / 10f64.powf(leading) < 3.0 { 1.0 - leading } else { -leading };
-    let digits = digits.clamp(0.0, 9.0) as usize;
-    let number = format!("{value:.digits$} ± {error:.digits$}");
-    let text = match power as i32 {
-        0 => format!("{number} {unit}"),
-        power => format!("({number})×10{} {unit}", superscript(power)),
-    };
-    text.trim_end().to_owned()
+    Rounded::new(value, error, unit).to_string()
 }
 
 /// A number with so many significant digits, by its power of ten below a hundredth and beyond a million.
@@ -50,11 +37,6 @@ fn powers(value: f64, digits: i32) -> String {
         return figures(value, digits);
     }
     format!("{}×10{}", figures(value / 10f64.powf(power), digits), superscript(power as i32))
-}
-
-/// A number of three digits in a unit, which may have a prefix already.
-fn in_unit(value: f64, unit: &str) -> String {
-    format!("{} {unit}", powers(value, 3)).trim_end().to_owned()
 }
 
 fn superscript(number: i32) -> String {
@@ -123,7 +105,7 @@ impl fmt::Display for Warning {
                 "from {} s on, below {}, the decay is slower than any sliding law gives (pre-sliding) and \
                  was left out",
                 figures(*time_s, 4),
-                format!("{} {unit}", figures(*amplitude, 2)).trim_end()
+                plain(*amplitude, 2, unit)
             ),
             Warning::Baseline { relative } => write!(
                 f,
@@ -389,7 +371,7 @@ impl fmt::Display for Warning {
                 "by its own shape the curve has x_0 = {} in place of {}, which explains it {} (BIC differs by {:.1}), with \
                  x_F = {}",
                 with_error(*by_shape, unit),
-                in_unit(*given, unit),
+                plain(*given, 3, unit),
                 if *delta_bic < 0.0 { "better" } else { "as well" },
                 delta_bic.abs(),
                 with_error(*friction_displacement, unit)
@@ -477,14 +459,14 @@ impl fmt::Display for Warning {
                  every level, {}; the errors count both ways",
                 counted(*levels, "level"),
                 if *levels == 1 { "reads" } else { "read" },
-                in_unit(*reading, unit),
+                plain(*reading, 3, unit),
                 if *in_squares { "in squares" } else { "as a constant" }
             ),
             Warning::AboveZero { reading, p_value: p, unit } => write!(
                 f,
                 "the line through the levels reads {} without any drive ({}): the zero of the detector, or a slope that \
                  falls, hides a threshold up to as much",
-                in_unit(*reading, unit),
+                plain(*reading, 3, unit),
                 p_value(*p)
             ),
             Warning::DriveUncalibrated => {
@@ -534,10 +516,11 @@ mod tests {
 
     #[test]
     fn a_value_is_rounded_to_its_error() {
-        assert_eq!(with_error([3.364e-3, 7.6e-4], "rad"), "(3.4 ± 0.8)×10⁻³ rad");
-        assert_eq!(with_error([1.2346e-12, 1.4e-15], "m"), "(1.2346 ± 0.0014)×10⁻¹² m");
-        assert_eq!(with_error([2.5, 0.31], ""), "2.5 ± 0.3");
-        assert_eq!(with_error([4e5, 0.0], "V"), "4.000e5 V");
+        assert_eq!(with_error([3.364e-3, 7.6e-4], "rad"), "3.4 ± 0.8 mrad");
+        assert_eq!(with_error([1.2346e-12, 1.4e-15], "m"), "1.2346 ± 0.0014 pm");
+        assert_eq!(with_error([3.2e-11, 5e-13], "m"), "32.0 ± 0.5 pm");
+        assert_eq!(with_error([2.5, 0.31], ""), "2.50 ± 0.31");
+        assert_eq!(with_error([4e5, 0.0], "V"), "400 kV");
     }
 
     #[test]
@@ -554,6 +537,8 @@ mod tests {
     fn numbers_beyond_all_numbers_are_put_in_words() {
         let biased = Warning::PaperBias { friction: 5.67, q_factor: f64::INFINITY }.to_string();
         assert!(biased.contains("friction by +567 %, Q beyond any limit; the exact"), "{biased}");
+        let hardly = Warning::PaperBias { friction: -0.002, q_factor: 0.004 }.to_string();
+        assert!(hardly.contains("friction by 0 %, Q by 0 %; the exact"), "{hardly}");
         let misfit = |ratio| Warning::ModelMisfit { ratio, misfit: None }.to_string();
         assert!(misfit(f64::INFINITY).starts_with("residuals are 2e308 times the noise"));
         assert!(misfit(34.2).starts_with("residuals are 34 times the noise"));
