@@ -42,7 +42,7 @@ pub(crate) fn run(args: &InspectArgs, color: ColorChoice) -> Result<ExitCode, Fa
     let verb = if is_levels() { "levels" } else { verb(&tables, &reading, curve.is_some()) };
     let next_command = command(&args.file, &flags, &tables, &reading, verb);
     let inspected = Inspected {
-        file: &args.file,
+        file: Path::new(&tables.path),
         tables: &tables,
         reading: &reading,
         swings,

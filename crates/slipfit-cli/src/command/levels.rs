@@ -16,7 +16,7 @@ pub(crate) fn run(args: &LevelFitArgs, color: ColorChoice) -> Result<ExitCode, F
     let (reading, options) = prepare(&args.file, &args.reading.options(), args.options())?;
     args.calibration.check(reading.levels.unit())?;
     let answer = analyse(&reading.levels, &options)
-        .map_err(|e| Failure::analysing(Analysis::Levels, &args.file, &e))?;
+        .map_err(|e| Failure::analysing(Analysis::Levels, Path::new(&reading.report.path), &e))?;
     let analysed = AnalysedLevels { reading: &reading, options: &options, answer: &answer };
     show(&args.out, &to, &analysed, args.calibration.unit_note(reading.levels.unit()), color)
 }

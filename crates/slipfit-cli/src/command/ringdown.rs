@@ -39,6 +39,8 @@ pub(crate) fn run(args: &RingdownArgs, color: ColorChoice) -> Result<ExitCode, F
     let file = &args.files[0];
     let to = Destinations::new(&args.out, [file.as_path()])?;
     let Done { reading, options, answer } = watched(file, args)?;
+    // Standard input has its name there.
+    let file = Path::new(&reading.report.path);
     let analysed = AnalysedRingdown { file, reading: &reading, options: &options, answer: &answer };
     show(&args.out, &to, &analysed, args.calibration.unit_note(reading.record.unit()), color)
 }
@@ -66,7 +68,7 @@ fn watched(file: &Path, args: &RingdownArgs) -> Result<Done, Failure> {
     });
     let done = read.map_err(Failure::from).and_then(|reading| {
         progress::spin(&bar, "analysing");
-        analyse_reading(file, reading, args)
+        analyse_reading(reading, args)
     });
     bar.finish_and_clear();
     done
@@ -83,14 +85,15 @@ fn analyse_file(file: &Path, args: &RingdownArgs) -> Result<Done, Failure> {
             None => Failure::new(format!("{name}: the folder holds no files")),
         });
     }
-    analyse_reading(file, slipfit_io::read(file, &args.reading.options())?, args)
+    analyse_reading(slipfit_io::read(file, &args.reading.options())?, args)
 }
 
-fn analyse_reading(file: &Path, reading: Reading, args: &RingdownArgs) -> Result<Done, Failure> {
+fn analyse_reading(reading: Reading, args: &RingdownArgs) -> Result<Done, Failure> {
     args.calibration.check(reading.record.unit())?;
     let mut options = args.options();
     options.frequency_hz = options.frequency_hz.or_else(|| reading.named_frequency_hz());
     check_flags(&reading, args)?;
+    let file = Path::new(&reading.report.path);
     let failed = |e: slipfit::Error| Failure::analysing(Analysis::Ringdown, file, &e);
     let answer = analyse(&reading.record, &options).map_err(failed)?;
     options.check_reached(&answer).map_err(failed)?;

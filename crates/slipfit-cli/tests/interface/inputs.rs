@@ -54,6 +54,20 @@ fn standard_input_is_read_as_a_file_is() {
         assert!(shown.contains("Time (s),Angle (rad)"), "{shown}");
         assert!(shown.contains(&format!("> slipfit ringdown {name}")), "{shown}");
     }
+    // One name wherever it is mentioned.
+    let noise: String = (0..400).map(|i| format!("{},{}\n", 0.01 * f64::from(i), (i * 7919) % 101)).collect();
+    let refused =
+        slipfit().args(["ringdown", "-"]).write_stdin(format!("t (s),x (m)\n{noise}")).output().unwrap();
+    let said = [
+        stdout(slipfit().args(["ringdown", "-"]).write_stdin(swing())),
+        stdout(slipfit().args(["ringdown", "-", "--json", "-"]).write_stdin(swing())),
+        stdout(slipfit().args(["ringdown", "-", "--csv", "-", "-q"]).write_stdin(swing())),
+        stdout(slipfit().args(["inspect", "-"]).write_stdin(swing())),
+        String::from_utf8(refused.stderr).unwrap(),
+    ];
+    for (i, text) in said.iter().enumerate() {
+        assert!(text.contains("standard input"), "{i}: {text:.600}");
+    }
     // A format that is read from several places is held.
     let workbook = fs::read(root().join("validation/reference/formats/snappy.parquet")).unwrap();
     let shown = stdout(slipfit().args(["inspect", "-"]).write_stdin(workbook));
