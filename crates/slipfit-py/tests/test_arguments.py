@@ -254,7 +254,7 @@ def test_what_another_analysis_takes_is_sent_there():
         with pytest.raises(slipfit.OptionTypeError, match=f"slipfit.{analysis} takes it"):
             call(given)
     with pytest.raises(slipfit.OptionTypeError, match="columns is needed: frequency_hz, amplitude, phase_rad"):
-        slipfit.resonance(slipfit.simulate.sweep([1.0], frequency_hz=1, q_factor=9, drive_amplitude=1))
+        slipfit.ringdown(slipfit.simulate.sweep([1.0], frequency_hz=1, q_factor=9, drive_amplitude=1))
     with pytest.raises(slipfit.OptionError, match=r"band_hz=\(1.5, 1\): a rising pair"):
         slipfit.ringdown(SWING, band_hz=(1.5, 1))
 

@@ -539,6 +539,10 @@ def _curve(
     if isinstance(frequency, _core.Curve):
         _nothing_besides(given, "a Curve", "")
         return frequency
+    if isinstance(frequency, Table) and set(frequency) == {"frequency_hz", "amplitude", "phase_rad"}:
+        _nothing_besides(given, "a simulated curve", "")
+        of_response = frequency.units.get("amplitude")
+        return _curve(frequency["frequency_hz"], frequency["amplitude"], phase_rad=frequency["phase_rad"], unit=of_response)
     _own_kind("frequency", frequency)
     paths = isinstance(frequency, (list, tuple)) and bool(frequency) and all(map(_input.path_like, frequency))
     if paths or _input.path_like(frequency) or is_bytes(frequency):
@@ -588,7 +592,7 @@ def resonance(
     drive: ArrayLike | None = None,
     unit: str | None = None,
     kind: Motion | None = None,
-    reference: _core.Curve | Path | Sequence[Path] | bytes | None = None,
+    reference: _core.Curve | Table | Path | Sequence[Path] | bytes | None = None,
     drive_amplitude: Uncertain | None = None,
     band_hz: Band | None = None,
     method: Literal["exact", "leading", "paper"] = "exact",
@@ -609,8 +613,8 @@ def resonance(
     Parameters
     ----------
     frequency : array_like, shape (n,), or Curve, path, paths
-        Frequencies [Hz]. A :class:`Curve`, a path, several paths or a folder
-        of driven records stand alone, without `response`.
+        Frequencies [Hz]. A :class:`Curve`, what :func:`slipfit.simulate.sweep` gives, a path,
+        several paths or a folder of driven records stand alone, without `response`.
     response : array_like, shape (n,)
         Amplitudes, or complex responses, in any unit.
     phase_rad : array_like, shape (n,), optional
@@ -623,7 +627,7 @@ def resonance(
         Unit of the response.
     kind : str, optional
         What the response is: ``displacement``, ``velocity``, ``acceleration``.
-    reference : Curve or path, optional
+    reference : Curve, simulated curve or path, optional
         A friction-free curve of the same oscillator and drive, which gives the drive amplitude. It has
         frequency, viscous damping, phase and background of its own; delay, drag and Duffing term are shared.
     drive_amplitude : float, quantity or (value, std_error), optional

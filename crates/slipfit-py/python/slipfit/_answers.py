@@ -286,10 +286,16 @@ def _same(one: NDArray[Any], other: NDArray[Any]) -> bool:
 class Table(Mapping[str, NDArray[Any]]):
     """Columns of one length, as items and as attributes."""
 
-    __slots__ = ("_columns",)
+    __slots__ = ("_columns", "_units")
 
-    def __init__(self, columns: Mapping[str, NDArray[Any]]) -> None:
+    def __init__(self, columns: Mapping[str, NDArray[Any]], units: Mapping[str, str] | None = None) -> None:
         self._columns = dict(columns)
+        self._units = dict(units or {})
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Unit of each column of which it is known."""
+        return dict(self._units)
 
     def __getitem__(self, name: str) -> NDArray[Any]:
         column: NDArray[Any] = _item(self._columns, "column", name)
@@ -302,15 +308,15 @@ class Table(Mapping[str, NDArray[Any]]):
         return len(self._columns)
 
     def __getattr__(self, name: str) -> NDArray[Any]:
-        if name != "_columns" and name in self._columns:
+        if name not in Table.__slots__ and name in self._columns:
             return self._columns[name]
         raise AttributeError(f"no column {name!r}; there are {', '.join(self)}")
 
-    def __getstate__(self) -> dict[str, NDArray[Any]]:
-        return self._columns
+    def __getstate__(self) -> tuple[dict[str, NDArray[Any]], dict[str, str]]:
+        return self._columns, self._units
 
-    def __setstate__(self, columns: dict[str, NDArray[Any]]) -> None:
-        self._columns = columns
+    def __setstate__(self, state: tuple[dict[str, NDArray[Any]], dict[str, str]]) -> None:
+        self._columns, self._units = state
 
     def __dir__(self) -> list[str]:
         return [*super().__dir__(), *self._columns]
@@ -331,7 +337,10 @@ class Table(Mapping[str, NDArray[Any]]):
         """The columns as a pandas DataFrame."""
         import pandas as pd
 
-        return pd.DataFrame(dict(self))
+        frame = pd.DataFrame(dict(self))
+        if self._units:
+            frame.attrs["units"] = self.units
+        return frame
 
     def __repr__(self) -> str:
         rows = len(next(iter(self._columns.values()), ()))

@@ -48,11 +48,15 @@ _NOISE = """noise_rms : float or quantity
 
 def _noisy(signal: NDArray[np.float64], noise_rms: Scalar, seed: int, unit: str) -> NDArray[np.float64]:
     rms = _input.number("noise_rms", noise_rms, unit)
+    _check_noise(rms, noise_rms, seed)
+    return signal + rms * np.random.default_rng(seed).standard_normal(len(signal)) if rms else signal
+
+
+def _check_noise(rms: float, given: Scalar, seed: int) -> None:
     if not 0 <= rms < float("inf"):
-        raise _input.refuse("noise_rms", f"noise_rms={noise_rms!r}: zero or above is needed")
+        raise _input.refuse("noise_rms", f"noise_rms={given!r}: zero or above is needed")
     if seed < 0:
         raise _input.refuse("seed", f"seed={seed!r}: a whole number, zero or above, is needed")
-    return signal + rms * np.random.default_rng(seed).standard_normal(len(signal)) if rms else signal
 
 
 def _record(
@@ -108,7 +112,7 @@ def decay(
     duration_s, rate_hz : float or quantity
         Length of the record [s] and samples per second.
     unit : str
-        Unit of the displacement.
+        Unit of the displacement; beside a force it is a length or an angle.
     {oscillator}
     {noise}
 
@@ -170,7 +174,7 @@ def driven(
     Parameters
     ----------
     drive_amplitude : float or quantity
-        x_0, in the unit of the displacement; a force is divided by the stiffness.
+        x_0, in the unit of the displacement; of a force P it is P/k in that unit.
     duration_s, rate_hz : float or quantity
         Length of the record [s] and samples per second.
     drive_frequency_hz : float or quantity, optional
@@ -180,7 +184,7 @@ def driven(
     drive_off_s : float or quantity, optional
         The drive is switched off at this instant [s].
     unit : str
-        Unit of the displacement.
+        Unit of the displacement; beside a force it is a length or an angle.
     {oscillator}
     {noise}
 
@@ -227,6 +231,7 @@ def sweep(
     *,
     drive_amplitude: Scalar,
     wait_s: Scalar | None = None,
+    unit: str = "m",
     frequency_hz: Scalar | None = None,
     mass: Scalar | None = None,
     stiffness: Scalar | None = None,
@@ -236,6 +241,8 @@ def sweep(
     coulomb_force: Scalar | None = None,
     static_displacement: Scalar | None = None,
     static_force: Scalar | None = None,
+    noise_rms: Scalar = 0.0,
+    seed: int = 0,
 ) -> Table:
     """Amplitude and phase of the fundamental over the frequency of the drive.
 
@@ -244,15 +251,23 @@ def sweep(
     frequencies_hz : array_like, shape (n,)
         Frequencies of the drive [Hz], or in the unit that they or their name have.
     drive_amplitude : float or quantity
-        x_0, in the unit of the displacement.
+        x_0, in the unit of the displacement; of a force P it is P/k in that unit.
     wait_s : float or quantity, optional
-        Time spent at each frequency, one after the other [s]; settled if not given.
+        Time spent at each frequency, one after the other [s], the motion steady at the first; the fundamental
+        is that of the cycle of the drive after it. Settled at each if not given.
+    unit : str
+        Unit of the displacement; beside a force it is a length or an angle.
     {oscillator}
+    noise_rms : float or quantity
+        Standard deviation of white noise on each of the two outputs of a lock-in, unit of the displacement.
+    seed : int
+        Of the noise: the same seed, the same numbers.
 
     Returns
     -------
     Table
-        Columns frequency_hz, amplitude, phase_rad.
+        Columns frequency_hz, amplitude, phase_rad, which :func:`slipfit.resonance` takes as they are. A mass at
+        rest has no phase: it is NaN.
 
     Raises
     ------
@@ -261,14 +276,18 @@ def sweep(
 
     Examples
     --------
-    >>> import slipfit
+    >>> import numpy as np, slipfit
     >>> curve = slipfit.simulate.sweep([0.9, 1.0, 1.1], frequency_hz=1, q_factor=50,
     ...     drive_amplitude=1)
     >>> curve["amplitude"].round(3).tolist()
     [5.24, 50.0, 4.736]
+    >>> curve = slipfit.simulate.sweep(np.linspace(0.9, 1.1, 81), frequency_hz=1, q_factor=50,
+    ...     friction_displacement=0.3, drive_amplitude=1, noise_rms=0.02, unit="mm")
+    >>> slipfit.resonance(curve, drive_amplitude=1).sliding.detected
+    True
     """
     oscillator = _oscillator(
-        "m", frequency_hz=frequency_hz, mass=mass, stiffness=stiffness, q_factor=q_factor,
+        unit, frequency_hz=frequency_hz, mass=mass, stiffness=stiffness, q_factor=q_factor,
         viscous_coefficient=viscous_coefficient, friction_displacement=friction_displacement,
         coulomb_force=coulomb_force, static_displacement=static_displacement, static_force=static_force,
     )  # fmt: skip
@@ -279,10 +298,26 @@ def sweep(
     if wait is not None and len(frequencies) and wait * frequencies.max() > _MOST_CYCLES:
         raise _input.refuse("wait_s", f"wait_s={wait_s}: at most {_MOST_CYCLES:.0e} cycles of the drive")
     found = _core.sweep(
-        oscillator, _input.number("drive_amplitude", drive_amplitude),
+        oscillator, _input.number("drive_amplitude", drive_amplitude, unit),
         frequencies.tolist(), wait,
     )  # fmt: skip
-    return Table(dict(zip(("frequency_hz", "amplitude", "phase_rad"), found)))
+    hz, amplitude, phase = found
+    amplitude, phase = _noisy_outputs(amplitude, phase, noise_rms, seed, unit)
+    columns = {"frequency_hz": hz, "amplitude": amplitude, "phase_rad": phase}
+    return Table(columns, {"frequency_hz": "Hz", "amplitude": unit, "phase_rad": "rad"})
+
+
+def _noisy_outputs(
+    amplitude: NDArray[np.float64], phase: NDArray[np.float64], noise_rms: Scalar, seed: int, unit: str
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Amplitudes and phases [rad] behind noise on both outputs of a lock-in; at rest there is the noise alone."""
+    rms = _input.number("noise_rms", noise_rms, unit)
+    _check_noise(rms, noise_rms, seed)
+    if not rms:
+        return amplitude, phase
+    noise = rms * np.random.default_rng(seed).standard_normal((2, len(amplitude)))
+    outputs = amplitude * np.exp(1j * np.nan_to_num(phase)) + noise[0] + 1j * noise[1]
+    return np.abs(outputs), np.angle(outputs)
 
 
 def _described(*functions: Any) -> None:
