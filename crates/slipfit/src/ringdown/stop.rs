@@ -53,10 +53,12 @@ pub(crate) fn stop(
     let scatter = (rest.iter().map(|v| (v - position).powi(2)).sum::<f64>() / tail as f64).sqrt();
     // Samples at rest may show less than their noise where the converter rounds it away.
     let deviation = scatter.max(measured.noise_rms.min(criteria.most_deviation * scatter));
-    let within = (criteria.rest_deviations * deviation)
+    // The tail of a normal distribution is below exp(-z²/2).
+    let of_all = (2.0 * ((n - last.end) as f64 / criteria.rest_chance).ln()).sqrt();
+    let within = (criteria.rest_deviations.max(of_all) * deviation)
         .max(criteria.rest_steps * converter_step)
         .max(1e-9 * measured.points[0].amplitude);
-    let moving = (last.first..n).rev().find(|&i| (signal[i] - position).abs() > within)?;
+    let moving = (measured.points[0].first..n).rev().find(|&i| (signal[i] - position).abs() > within)?;
     if moving + 1 >= n || time[n - 1] - time[moving] < criteria.rest_periods * period {
         return None;
     }

@@ -303,6 +303,8 @@ criteria! {
         tail_periods: f64 = 2.0, source "chosen by simulation", moves "stops reported";
         /// Standard deviations about the place of rest within which the mass rests.
         rest_deviations: f64 = 4.0, source "one sample in 1e4 by chance", moves "time of the stop";
+        /// Probability that one of all samples at rest lies further out than the deviations that this gives, if more.
+        rest_chance: f64 = 0.01, source "one sample in 1e4 is one in three records of 3000", moves "stops reported";
         /// Deviations at rest that the noise of the motion may take the place of.
         most_deviation: f64 = 3.0, source "chosen by simulation", moves "time of the stop";
         /// Converter steps about the place of rest within which the mass rests.
