@@ -39,7 +39,7 @@ pub enum Error {
         problem: String,
     },
     /// The caller asked for an end.
-    #[error("ended before its end")]
+    #[error("cancelled before its end")]
     Cancelled,
     /// Arrow refused.
     #[error("{0}")]

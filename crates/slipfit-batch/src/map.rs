@@ -80,7 +80,7 @@ impl Grid {
         let mut shape = self.shape;
         shape[self.cut()] = rows;
         if shape.iter().try_fold(1_usize, |n, d| n.checked_mul(*d)) != Some(values.len()) {
-            let problem = format!("{} numbers are no block of {shape:?}", values.len());
+            let problem = format!("{} numbers do not form a block of {shape:?}", values.len());
             return Err(Error::Option { option: "stack", problem });
         }
         if self.time == 2 {
@@ -118,7 +118,7 @@ pub fn fit_pixels(
     let name = match &options.signal {
         Signal::Amplitude(name) | Signal::Oscillation(name, _) => name.clone(),
         Signal::LockIn(..) => {
-            let problem = "a map has one number a sample; X and Y are two".to_owned();
+            let problem = "a map has one number per sample; X and Y are two".to_owned();
             return Err(Error::Option { option: "signal", problem });
         }
     };

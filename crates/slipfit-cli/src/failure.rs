@@ -77,17 +77,17 @@ impl Failure {
                 return Self::new(format!("{} {value}: {must_be}", flag(name)));
             }
             Error::Band { low_hz, high_hz } => {
-                return Self::new(format!("--band {low_hz} {high_hz}: the lower frequency comes first"));
+                return Self::new(format!("--band {low_hz} {high_hz}: the lower frequency must come first"));
             }
             Error::BelowLeastAmplitude { least, initial, unit } => {
                 let initial = plain(*initial, 3, unit);
                 return Self::new(format!(
-                    "--min-amplitude {least} {unit}: the decay begins at {initial} already"
+                    "--min-amplitude {least} {unit}: the decay already begins at {initial}"
                 ));
             }
             Error::OutsideRecord { name, value_s, from_s, to_s } => {
                 let message = format!(
-                    "{}: {} {value_s} leaves nothing: the record goes from {from_s} s to {to_s} s",
+                    "{}: {} {value_s} leaves no samples: the record extends from {from_s} s to {to_s} s",
                     file.display(),
                     flag(name)
                 );

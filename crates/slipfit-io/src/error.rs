@@ -61,7 +61,7 @@ pub enum ReadProblem {
     #[error("this is {}, which is not read yet", .0.name())]
     Unsupported(Format),
     /// A file that breaks the rules of its format.
-    #[error("this begins like {} but breaks its rules: {reason}", .format.name())]
+    #[error("this begins like {} but is not a valid one: {reason}", .format.name())]
     Broken {
         /// The format.
         format: Format,
@@ -69,7 +69,7 @@ pub enum ReadProblem {
         reason: String,
     },
     /// A file that keeps the rules of its format and holds nothing that can be read.
-    #[error("this is {} without a table that can be read: {reason}", .format.name())]
+    #[error("this is {}, but no table in it can be read: {reason}", .format.name())]
     Without {
         /// The format.
         format: Format,
@@ -102,8 +102,8 @@ pub enum ReadProblem {
     },
     /// Decimal commas between cells that commas separate too, in rows that differ in length.
     #[error(
-        "`{line}`: commas separate the cells and are decimal marks too, for {columns} columns, and rows differ in length: \
-         which comma is which cannot be told"
+        "`{line}`: commas are both cell separators and decimal marks, for {columns} columns, and rows \
+         differ in length: the two cannot be distinguished"
     )]
     DecimalCommas {
         /// Line of the file, from 1.
@@ -208,13 +208,13 @@ pub enum ReadProblem {
         columns: String,
     },
     /// Shifts from an unknown centre.
-    #[error("{column} holds shifts, and nothing says from which frequency")]
+    #[error("{column} holds frequency shifts, and nothing says from which frequency they are counted")]
     NoCentre {
         /// The column of shifts.
         column: String,
     },
     /// Frequencies over one that nothing names.
-    #[error("{column} is a ratio of frequencies, and nothing says to which")]
+    #[error("{column} is a ratio of frequencies, and nothing says which frequency it refers to")]
     FrequencyRatio {
         /// The column of ratios.
         column: String,
@@ -356,10 +356,10 @@ pub enum OptionProblem {
     #[error("the file has {0}")]
     OnlySo(usize),
     /// A unit that is not known for this column; those that are.
-    #[error("no unit known here")]
+    #[error("not a known unit")]
     UnknownUnit(&'static str),
     /// Not together with another option.
-    #[error("not together with {0}")]
+    #[error("cannot be combined with {0}")]
     Excludes(&'static str),
 }
 
@@ -397,7 +397,7 @@ impl ReadProblem {
             Self::Binary { .. } | Self::LineTooLong { .. } => vec![Hint::advice(Format::Text.export())],
             Self::Changed => vec![Hint::advice("read it again once it is complete, or read a copy")],
             Self::NoTable { .. } => vec![Hint::advice(
-                "the samples belong into rows of numbers, one row each, below a header or without one",
+                "write the samples as rows of numbers, one row per sample, with or without a header",
             )],
             Self::DecimalCommas { .. } => {
                 vec![Hint::advice(
@@ -452,7 +452,7 @@ impl ReadProblem {
             Self::TimeBackwards { .. } | Self::Data(slipfit::Error::TimeStandsStill { .. }) => {
                 vec![
                     Hint::new("time", "names another column"),
-                    Hint::new("rate_hz", "in place of these times"),
+                    Hint::new("rate_hz", "replaces these times"),
                 ]
             }
             Self::Data(slipfit::Error::Parameter { name: "rate_hz", .. }) => {

@@ -241,8 +241,8 @@ impl Format {
                  channel, or frequencies with amplitudes and phases"
             }
             Self::Pickle => {
-                "opening a pickle runs what it says: save the arrays in Python by numpy.savez, or a table by to_csv \
-                 or to_parquet"
+                "opening a pickle executes code that it contains: save the arrays in Python by \
+                 numpy.savez, or a table by to_csv or to_parquet"
             }
             Self::Flac | Self::Mp3 | Self::Mp4 | Self::Ogg | Self::Aac => {
                 "convert it by `ffmpeg -i FILE sound.wav`, or build slipfit with its feature `sound`"
@@ -254,7 +254,7 @@ impl Format {
             Self::Xml => {
                 "export it as CSV or text from the program that wrote it (in Logger Pro: File, Export As)"
             }
-            Self::Html => "this may be a page about the file in its place: download the file itself",
+            Self::Html => "this may be a page about the file instead of the file: download the file itself",
             Self::Igor => {
                 "save the wave as delimited text from Igor Pro, or read it in Python by igor2 and write it as CSV"
             }

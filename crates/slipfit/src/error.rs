@@ -18,7 +18,7 @@ pub enum Error {
         range: &'static str,
     },
     /// A time that leaves nothing of the record.
-    #[error("{name} = {value_s} leaves nothing: the record goes from {from_s} s to {to_s} s")]
+    #[error("{name} = {value_s} leaves no samples: the record extends from {from_s} s to {to_s} s")]
     OutsideRecord {
         /// The time, as the caller names it.
         name: &'static str,
@@ -46,7 +46,7 @@ pub enum Error {
         second: &'static str,
     },
     /// A method was asked for outside the conditions under which it holds.
-    #[error("{method} does not hold here: {why}")]
+    #[error("{method} is not possible here: {why}")]
     DoesNotHold {
         /// The method.
         method: &'static str,
@@ -102,7 +102,7 @@ pub enum Error {
         forward: usize,
     },
     /// A band that does not rise.
-    #[error("band_hz = {low_hz} {high_hz} is no rising pair of frequencies: the lower one comes first")]
+    #[error("band_hz = {low_hz} {high_hz} is not a rising pair of frequencies: the lower one must come first")]
     Band {
         /// The first frequency given (Hz).
         low_hz: f64,
@@ -158,7 +158,8 @@ pub enum Error {
     },
     /// A force was given beside displacements in a unit that no force over a stiffness has.
     #[error(
-        "a force over a stiffness is a length or an angle, and the unit of the displacement, `{unit}`, is neither"
+        "a force divided by a stiffness is a length or an angle, but the unit of the displacement, \
+         `{unit}`, is neither"
     )]
     NeitherLengthNorAngle {
         /// The unit of the displacement.
@@ -173,7 +174,7 @@ pub enum Error {
         expected: String,
     },
     /// The decay begins below the least amplitude asked for.
-    #[error("min_amplitude = {least} {unit}: the decay begins at {initial} {unit} already")]
+    #[error("min_amplitude = {least} {unit}: the decay already begins at {initial} {unit}")]
     BelowLeastAmplitude {
         /// The least amplitude.
         least: f64,
@@ -257,7 +258,7 @@ pub fn out_of_order(backward: usize, forward: usize) -> String {
         "as in every step: the record runs from its end to its start; reverse its rows".to_owned()
     } else {
         format!(
-            "as in {backward} of {} steps: the rows are in no order; sort them by time",
+            "as in {backward} of {} steps: the rows are not in order; sort them by time",
             backward + forward
         )
     }
@@ -268,16 +269,16 @@ fn in_unit(unit: &str) -> String {
 }
 
 /// Reason of [`Error::NoResonance`] for points that may be a peak, or a straight line.
-pub(crate) const NO_MORE_THAN_A_LINE: &str = "a straight line describes the points as well: if there is a peak, the sweep \
-                                              is too narrow or too coarse to show it";
+pub(crate) const NO_MORE_THAN_A_LINE: &str = "a straight line describes the points equally well: if there \
+                                              is a peak, the sweep is too narrow or too coarse to show it";
 
 /// Reason of [`Error::NotARingDown`] and [`Error::NoOscillation`] for samples that may be amplitudes.
 pub(crate) const FALLS_AS_AMPLITUDES: &str =
-    "the samples fall without swinging and none is negative, as in a record of amplitudes";
+    "the samples fall without oscillating and none is negative, as in a record of amplitudes";
 
 /// Reason of [`Error::NoFit`] for numbers that no other part of the record would mend.
-pub(crate) const BEYOND_NUMBERS: &str = "signal or duration lie beyond 1e-60 to 1e60, where powers leave the \
-                                         range of numbers; choose another unit";
+pub(crate) const BEYOND_NUMBERS: &str = "signal or duration lie outside 1e-60 to 1e60, where powers of \
+                                         them exceed the range of numbers; choose another unit";
 
 #[cfg(test)]
 mod tests {
@@ -302,8 +303,8 @@ mod tests {
         );
         assert_eq!(
             refusal(4, 5),
-            "time goes backwards at sample 1: 0.5 s, then 0.25 s, as in 4 of 9 steps: the rows are in no order; sort \
-             them by time"
+            "time goes backwards at sample 1: 0.5 s, then 0.25 s, as in 4 of 9 steps: the rows are not in \
+             order; sort them by time"
         );
     }
 

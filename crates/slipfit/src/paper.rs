@@ -94,7 +94,7 @@ fn driven(q_factor: f64, beta: f64) -> Result<Oscillator, Error> {
 
 fn closed(o: &Oscillator, omega: f64) -> Result<ClosedForm, Error> {
     ClosedForm::new(o, &HarmonicDrive::new(1.0, omega)?).filter(ClosedForm::holds).ok_or(Error::DoesNotHold {
-        method: "the closed form with two turns a cycle",
+        method: "the closed form with two turns per cycle",
         why: "the motion has stops",
     })
 }

@@ -64,9 +64,9 @@ Examples:
   slipfit help ringdown
       every option of a command
 
-Files are written beside their place and renamed: a full disk or a kill leaves the old one whole.
-No output may be an input. A file that slipfit did not write is replaced with --force only; its
-own it knows by their schema, first comment, last line or metadata (.npy has room for none).
+Files are written under another name and renamed: a full disk or a kill leaves the old file whole.
+No output may be an input. A file that slipfit did not write is replaced only with --force; slipfit
+recognises its own by schema, first comment, last line or metadata (.npy has room for none).
 
 Exit status: 0 done (of several files at least one), 1 warnings or a failed file under --strict,
 2 failed, 130 interrupted.";

@@ -280,7 +280,7 @@ macro_rules! constants {
                     let factor = match &unit {
                         None => 1.0,
                         Some(unit) => slipfit_io::unit_factor(unit, $unit)
-                            .ok_or_else(|| format!("{unit} is no unit that is known here; it is taken in {}", $unit))?,
+                            .ok_or_else(|| format!("{unit} is not a known unit; it is taken in {}", $unit))?,
                     };
                     Ok(Self(Uncertain { value: factor * number.value, std_error: factor * number.std_error }))
                 }

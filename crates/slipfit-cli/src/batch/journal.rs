@@ -38,7 +38,7 @@ impl Journal {
         resume: bool,
     ) -> Result<(Self, Vec<Row>), Failure> {
         let Some(target) = table.to.file() else {
-            return Err(Failure::new(format!("--table {}: this is no file", table.to.named().display()))
+            return Err(Failure::new(format!("--table {}: this is not a file", table.to.named().display()))
                 .hint("--json - or --md - write the answer to one file to standard output"));
         };
         let path = place(target);

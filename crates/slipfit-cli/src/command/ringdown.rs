@@ -81,7 +81,7 @@ fn analyse_file(file: &Path, args: &RingdownArgs) -> Result<Done, Failure> {
     {
         let (name, held) = (file.display(), held.len());
         return Err(match &args.glob {
-            Some(pattern) => Failure::new(format!("{name}: --glob {pattern}: fits none of {held} files")),
+            Some(pattern) => Failure::new(format!("{name}: --glob {pattern}: matches none of {held} files")),
             None => Failure::new(format!("{name}: the folder holds no files")),
         });
     }
@@ -110,7 +110,7 @@ fn check_flags(reading: &Reading, args: &RingdownArgs) -> Result<(), Failure> {
         .hint("--band says where to look for it"));
     }
     if let Some(sheet) = args.reading.sheet.as_ref().filter(|_| reading.report.format == Format::Text) {
-        return Err(Failure::new(format!("--sheet {}: a text has no sheets", sheet.0))
+        return Err(Failure::new(format!("--sheet {}: a text file has no sheets", sheet.0))
             .hint("--part chooses one of several tables side by side, --run one of several runs"));
     }
     Ok(())

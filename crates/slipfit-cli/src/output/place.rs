@@ -68,5 +68,5 @@ fn resolve(path: &Path) -> io::Result<PathBuf> {
             Err(_) => return Ok(full),
         }
     }
-    Err(io::Error::other("its links lead in a circle"))
+    Err(io::Error::other("its links form a loop"))
 }

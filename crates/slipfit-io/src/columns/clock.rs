@@ -59,7 +59,7 @@ impl Chooser<'_> {
         if let Some(rate) = self.options.rate_hz {
             if let Some(&named) = self.near.iter().find(|&&c| self.roles[c] == Role::Time) {
                 let label = self.label(named);
-                self.notes.push(format!("{label} was not read: the rate given stands in its place").into());
+                self.notes.push(format!("{label} was not read: the given rate replaces it").into());
             }
             return Ok(Time::Rate(rate));
         }
@@ -119,7 +119,8 @@ impl Chooser<'_> {
                         match rate_hz.filter(|_| self.head.has_variables).or_else(|| self.stated_rate_hz()) {
                             Some(rate) => {
                                 let text =
-                                    format!("no times: the rate that the file names, {rate} Hz, was taken");
+                                    format!("no column of times: the rate that the file names, {rate} Hz, \
+                                             was taken");
                                 self.notes.push(Note::new(text).hint("rate_hz", "says otherwise"));
                                 Ok(Time::Rate(rate))
                             }
@@ -213,7 +214,7 @@ impl Chooser<'_> {
                     Ok((unit, Seconds::Over(rate_hz)))
                 }
                 other => {
-                    let what = if other.is_some() { "no unit of time" } else { "no unit that is known" };
+                    let what = if other.is_some() { "not a unit of time" } else { "not a known unit" };
                     let text = format!("{label}: {} is {what}: seconds were taken", name.unit);
                     self.notes.push(Note::new(text).hint("time_unit", "says otherwise"));
                     Ok(("s".to_owned(), Seconds::Same))

@@ -53,7 +53,8 @@ impl Chooser<'_> {
         if units::is_per_force(&response.unit) {
             let (label, unit) = (self.label(index), &response.unit);
             let text = format!(
-                "{label} is named like a drive, by which a response in {unit} has been divided already: it was not used"
+                "{label} is named like a drive, but a response in {unit} has already been divided by its \
+                 drive: it was not used"
             );
             self.notes.push(Note::new(text).hint("drive", "divides it out"));
             return Ok(None);
@@ -86,13 +87,14 @@ impl Chooser<'_> {
         let drive = self.base(index, "named like the motion of the base; divided out");
         let label = self.label(index);
         let made = match drive.kind {
-            SignalKind::Velocity => ", made a displacement as the response was,",
+            SignalKind::Velocity => ", converted to a displacement like the response,",
             SignalKind::Acceleration => ", divided by omega^2 to a displacement,",
             _ => "",
         };
         let text = format!(
-            "{label} was taken as the motion of the base{made} that drives the mass through its spring, against which \
-             neither damping nor friction acts; where they do, give the motion of the mass relative to the base"
+            "{label} was taken as the motion of the base{made} that drives the mass through its spring; \
+             damping and friction are assumed not to act against the base: where they do, give the motion \
+             of the mass relative to the base"
         );
         self.notes.push(Note::new(text).hint("drive", "names another drive, or none"));
         Some(drive)

@@ -251,7 +251,7 @@ impl Chooser<'_> {
         let named = self.head.names.iter().any(|n| !n.header.is_empty());
         match self.near.iter().copied().filter(|i| unnamed(i)).find(|i| usable(i)) {
             Some(index) if !named || self.near.len() > 1 => {
-                Ok((index, Role::Unknown, "its numbers go one way, as frequencies do"))
+                Ok((index, Role::Unknown, "its numbers are monotonic, as frequencies are"))
             }
             _ => Err(ReadProblem::NoColumn { needed: Needed::Frequency, columns: self.list() }),
         }

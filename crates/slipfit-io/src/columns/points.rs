@@ -174,7 +174,7 @@ impl Rows<'_> {
                 };
                 let alone = match angle {
                     Some(_) => "",
-                    None => "; phases beside the amplitudes separate it from the motion",
+                    None => "; phases in addition to the amplitudes would separate it from the motion",
                 };
                 notes.push(format!("the {how} {CHARGE}{alone}").into());
                 let angles = match angle {
@@ -208,8 +208,9 @@ impl Rows<'_> {
                 };
                 let label = self.head.label(only.index);
                 notes.push(Note::new(format!(
-                    "{label} stands alone: the amplitude was taken as the square root of it times its maximum, \
-                     which holds for viscous loss; with its other part the exact response can be fitted{negative}"
+                    "{label} is given without its other part: the amplitude was taken as the square root \
+                     of {label} times its maximum, which holds for viscous loss; with the other part the \
+                     exact response can be fitted{negative}"
                 )));
                 let root = |v: &f64| Phasor::new((v.max(0.0) * largest).sqrt(), 0.0);
                 Ok((values.iter().map(root).collect(), false))

@@ -210,8 +210,8 @@ impl Chooser<'_> {
         }
         let (a, b) = (self.label(first), self.label(second));
         let text = format!(
-            "{a} and {b} have no names: a resonance fits them far better as real and imaginary part than as amplitude and \
-             phase, and so they were taken"
+            "{a} and {b} have no names: a resonance fits them far better as real and imaginary part than \
+             as amplitude and phase: they were taken as such"
         );
         let note = Note::new(text).hint("amplitude", "says otherwise");
         self.notes.push(note.hint("phase", "says otherwise"));
@@ -272,7 +272,7 @@ impl Chooser<'_> {
         amplitude.unit = unit;
         if name.is_some_and(|name| scale::may_be_power(&amplitude.unit, name)) {
             let text = format!(
-                "{label} may hold powers, and its unit does not say so: it was taken as amplitudes as it stands"
+                "{label} may hold powers, but its unit does not say so: its values were taken as amplitudes"
             );
             self.notes.push(Note::new(text).hint("unit", "takes square roots, such as V^2"));
         }
@@ -304,7 +304,8 @@ impl Chooser<'_> {
         let (scale, text) = match decibels {
             Some(true) => (
                 Scale::Decibel,
-                format!("{label} has no name, and a resonance fits it best as levels in dB: so it was taken"),
+                format!("{label} has no name, and a resonance fits it best as levels in dB: it was taken \
+                         as such"),
             ),
             Some(false) => return Scale::Linear,
             None => (Scale::Linear, format!("{label} names no unit: its amplitudes were taken as linear")),

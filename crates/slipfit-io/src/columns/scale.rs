@@ -80,8 +80,8 @@ pub(super) fn written(unit: &str, name: Option<&str>) -> Written {
     }
     if let Some(root) = units::root_of_density(unit) {
         let done = format!(
-            "a power spectral density: its square root was taken, in {root}, as of the response to a drive of equal \
-             strength at all frequencies"
+            "a power spectral density: its square root was taken, in {root}, as for the response to a \
+             drive of equal strength at all frequencies"
         );
         return Written { scale: Scale::Power, unit: root, done: Some(done) };
     }
@@ -155,7 +155,7 @@ fn power(what: &str, root: String) -> Written {
 }
 
 fn levels(written: &str, linear: &str) -> Written {
-    let done = Some(format!("levels in {written} were made linear, 10^(x/20)"));
+    let done = Some(format!("levels in {written} were converted to linear values, 10^(x/20)"));
     Written { scale: Scale::Decibel, unit: linear.to_owned(), done }
 }
 

@@ -51,7 +51,7 @@ impl Chooser<'_> {
             return None;
         }
         let text = format!(
-            "{} is the only column beside the times: it was taken as following the displacement",
+            "{} is the only column apart from the times: it was taken as proportional to the displacement",
             self.label(only)
         );
         self.notes.push(Note::new(text).hint("kind", "says otherwise"));
@@ -200,7 +200,8 @@ impl Chooser<'_> {
             for (square, of) in squares {
                 let (square, of) = (self.label(square), self.label(of));
                 let text =
-                    format!("{square} runs like the square of {of}, as along a pendulum, and was not taken");
+                    format!("{square} varies like the square of {of}, as an acceleration along a pendulum \
+                             does, and was not taken");
                 self.notes.push(Note::new(text).hint("signal", "says otherwise"));
             }
         }
@@ -213,7 +214,7 @@ impl Chooser<'_> {
             .reduce(|held, c| if self.contents[c].swing > self.contents[held].swing { c } else { held })
             .unwrap_or(best[0]);
         let prefix = if like.is_empty() { String::new() } else { format!("{like}, and ") };
-        Ok((greatest, format!("{prefix}oscillates and dies down most among {among}")))
+        Ok((greatest, format!("{prefix}has the strongest decaying oscillation among {among}")))
     }
 
     /// Whether a column is the acceleration across a pendulum with another beside it that holds gravity and runs along it.

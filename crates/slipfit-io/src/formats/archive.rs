@@ -150,8 +150,8 @@ fn phyphox_pauses(tables: &mut HeldTables, text: &str) -> Option<String> {
     });
     let total: f64 = pauses.iter().map(|(_, length)| length).sum();
     Some(format!(
-        "the recording was paused {} times for {total:.1} s in all, as meta/time.csv tells: times after a pause were \
-         moved on by it",
+        "the recording was paused {} times for {total:.1} s in all, according to meta/time.csv: times \
+         after a pause were shifted by its length",
         pauses.len()
     ))
 }

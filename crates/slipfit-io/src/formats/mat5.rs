@@ -158,7 +158,7 @@ pub(crate) fn tables(bytes: &[u8]) -> Result<HeldTables, ReadProblem> {
         return Err(Format::Mat5.broken(format!("it holds no array of numbers with more than one row{cut}")));
     }
     if found.left > 0 {
-        found.notes.push(format!("{} further arrays were left aside", found.left));
+        found.notes.push(format!("{} further arrays were not read", found.left));
     }
     tables.note_all(&found.notes);
     Ok(tables)

@@ -73,14 +73,14 @@ pub(crate) fn cube(head: &[u8]) -> Result<([usize; 3], Stored, u64), ReadProblem
     let header = Header::read(head)?;
     let refused = |reason: String| ReadProblem::NoStack { reason };
     let shape = <[usize; 3]>::try_from(header.shape.as_slice())
-        .map_err(|_| refused(format!("the array has the shape {:?}, three axes are needed", header.shape)))?;
+        .map_err(|_| refused(format!("the array has the shape {:?}, but three axes are needed", header.shape)))?;
     if header.first_fastest {
-        return Err(refused("the array is in Fortran order; numpy.ascontiguousarray turns it".to_owned()));
+        return Err(refused("the array is in Fortran order; numpy.ascontiguousarray converts it".to_owned()));
     }
     match header.fields.as_slice() {
         [field] => match field.stored() {
             Some(stored) => Ok((shape, stored, (head.len() - header.data.len()) as u64)),
-            None => Err(refused(format!("its elements are {}, no real numbers", field.code))),
+            None => Err(refused(format!("its elements are {}, not real numbers", field.code))),
         },
         _ => Err(refused("its elements have named fields".to_owned())),
     }
@@ -181,10 +181,10 @@ impl<'a> Header<'a> {
         let end = length.and_then(|l| l.checked_add(start)).filter(|end| *end <= bytes.len());
         let end = end.ok_or_else(|| Format::Npy.broken("it ends in its header"))?;
         let text = std::str::from_utf8(&bytes[start..end])
-            .map_err(|_| Format::Npy.broken("its header is no text"))?;
+            .map_err(|_| Format::Npy.broken("its header is not text"))?;
         let mut parser = Parser { rest: text };
         let Some(Literal::Dict(entries)) = parser.literal(0) else {
-            return Err(Format::Npy.broken("its header is no dictionary"));
+            return Err(Format::Npy.broken("its header is not a dictionary"));
         };
         let entry = |name: &str| {
             entries.iter().find(|(key, _)| *key == Literal::Text(name.to_owned())).map(|(_, value)| value)
@@ -212,7 +212,7 @@ impl<'a> Header<'a> {
         }
         if fields.iter().all(|f| f.numbers("").is_empty()) {
             let codes: Vec<&str> = fields.iter().map(|f| f.code.as_str()).collect();
-            return Err(Format::Npy.broken(format!("its elements are no numbers: {}", codes.join(", "))));
+            return Err(Format::Npy.broken(format!("its elements are not numbers: {}", codes.join(", "))));
         }
         let first_fastest = entry("fortran_order") == Some(&Literal::Word("True".to_owned()));
         Ok(Self { fields, shape, first_fastest, data: &bytes[end..] })

@@ -63,7 +63,7 @@ pub(super) fn from_tables(tables: &[Held], options: &ReadOptions) -> Result<Swee
             Ok(mut reading) => {
                 if tables.len() > 1 && options.sheet.is_none() {
                     let (count, name) = (tables.len(), names[index]);
-                    let text = format!("of {count} tables `{name}` was read, the first that holds a curve");
+                    let text = format!("of {count} tables, `{name}` was read, the first that holds a curve");
                     let others = format!("reads another: {}", pick::others(&names, index));
                     reading.report.notes.push(Note::new(text).hint("sheet", others));
                 }

@@ -68,7 +68,7 @@ pub(super) fn read(files: &[PathBuf], name: &str, options: &ReadOptions) -> Resu
     report.notes.extend(unsteady(&records));
     let phased = records.iter().all(|r| r.steady.phase_rad.is_some());
     if !phased {
-        let text = "not every record has a drive that oscillates: amplitudes only";
+        let text = "not every record has a drive that oscillates: only amplitudes were used";
         report.notes.push(Note::new(text).hint("drive", "names its column"));
     }
     let curve = curve(&records, phased, &unit).map_err(|e| ReadError::new(name, ReadProblem::Data(e)))?;
@@ -170,7 +170,7 @@ fn drive(
     };
     let electrical = |i: &usize| rank(*i) == Some(70) && rank(response - 1).is_some_and(|r| r > 70);
     if let Some(index) = others.iter().copied().find(electrical) {
-        return Ok(Some((index, "a measured signal beside the response")));
+        return Ok(Some((index, "a measured signal next to the response")));
     }
     let unnamed = head.names.iter().all(|n| n.header.is_empty());
     match others[..] {

@@ -33,7 +33,7 @@ fn from_tables(tables: &[Held], options: &ReadOptions) -> Result<LevelReading, R
     }
     let (mut reading, note) = match curves(tables) {
         Some((joint, starts)) => {
-            let note = Note::new(format!("of {} tables a level each was read", starts.len()));
+            let note = Note::new(format!("one level was read from each of {} tables", starts.len()));
             (from_table(&joint, &starts, options)?, note.hint("sheet", "reads one"))
         }
         None => {
@@ -207,7 +207,7 @@ impl Chooser<'_> {
         let written = given.unwrap_or(&picked.unit).trim().to_owned();
         let linear = units::linear_unit(&written);
         if linear.is_some() {
-            let text = format!("{}: levels in {written} were made linear, 10^(x/20)", self.label(index));
+            let text = format!("{}: levels in {written} were converted to linear values, 10^(x/20)", self.label(index));
             self.notes.push(text.into());
         }
         picked.unit = linear.map_or(written, str::to_owned);
@@ -262,7 +262,7 @@ fn from_table(table: &Held, starts: &[usize], options: &ReadOptions) -> Result<L
                 return Err(ReadProblem::OneLevel { column, needed: FEWEST });
             }
             let (rows, levels) = (rows.len(), points.len());
-            let of = format!("{column} holds frequencies: of the {rows} rows the");
+            let of = format!("{column} holds frequencies: from the {rows} rows the");
             chooser.notes.push(Note::new(match levels - fitted {
                 0 => format!("{of} height of the resonance fitted at each of {levels} drive levels was taken"),
                 coarse if fitted == 0 => format!(

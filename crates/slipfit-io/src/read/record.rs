@@ -173,7 +173,7 @@ fn choose_table(
         return Err(ReadProblem::NoTableFits { tables: tables.join("; "), first });
     };
     let names: Vec<&str> = heads.iter().map(|h| h.name.as_str()).collect();
-    let text = format!("of {} the table `{}` was read", names.len(), names[table]);
+    let text = format!("of {}, the table `{}` was read", names.len(), names[table]);
     let others = format!("reads another: {}", pick::others(&names, table));
     choice.notes.push(Note::new(text).hint("sheet", others));
     Ok((table, choice))
@@ -393,7 +393,7 @@ fn runs_in_rows(choice: &mut Choice, clock: &ClockReport) -> Option<Note> {
     let (found, taken) = (clock.resets + 1, clock.run);
     let longest = if choice.rows_run.is_some() { "" } else { ", the longest," };
     let note = Note::new(format!(
-        "the clock begins again: {found} runs stand one after the other; number {taken}{longest} was read"
+        "the clock restarts: {found} runs follow one another; number {taken}{longest} was read"
     ));
     // Those in groups of columns have the numbers.
     if choice.runs > 1 {
@@ -415,7 +415,7 @@ fn past_midnight(time_s: &mut [f64]) -> Option<Note> {
     }
     let at = steps().position(fall)? + 1;
     time_s[at..].iter_mut().for_each(|t| *t += DAY_S);
-    Some(Note::new("the times begin again at midnight: those after it were moved on by a day"))
+    Some(Note::new("the times restart at midnight: later times were shifted by a day"))
 }
 
 /// Puts rounded times on the step that the file states, where all of them are less than half of it
@@ -429,31 +429,31 @@ fn put_on_step(head: &Head, time: &Time, time_s: &mut [f64]) -> Option<Note> {
         return None;
     }
     time_s.iter_mut().enumerate().for_each(|(i, t)| *t = at(i));
-    Some(Note::new(format!("the times are those of the step that the file states, {step} s")))
+    Some(Note::new(format!("the times were calculated from the time step that the file states, {step} s")))
 }
 
 /// What averaging did, or why it did not.
 fn averaged(averaging: &Averaging, samples: usize, left_out: usize) -> Option<Note> {
     if let Some(why) = averaging.stopped() {
         return Some(
-            Note::new(format!("{samples} samples are held, more than allowed: {why}"))
+            Note::new(format!("{samples} samples are kept, more than allowed: {why}"))
                 .hint("most_samples", "allows more"),
         );
     }
     (averaging.factor() > 1).then(|| {
         let rest = match left_out {
             0 => String::new(),
-            1 => "; the last row makes up none".to_owned(),
-            n => format!("; the last {n} rows make up none"),
+            1 => "; the last row was left out".to_owned(),
+            n => format!("; the last {n} rows were left out"),
         };
         let text = format!(
-            "{} rows each were averaged into one sample; {:.0} samples a cycle are left, and the {:.2} % this takes \
-             of the amplitude was put back{rest}",
+            "every {} rows were averaged into one sample; {:.0} samples per cycle are left, and the \
+             amplitude was corrected for the {:.2} % that averaging removes{rest}",
             averaging.factor(),
             averaging.samples_a_cycle(),
             100.0 * (1.0 - averaging.gain())
         );
-        Note::new(text).hint("most_samples", "sets how many are held")
+        Note::new(text).hint("most_samples", "sets how many are kept")
     })
 }
 

@@ -35,7 +35,7 @@ pub(super) fn advice(time_s: &[f64]) -> Option<Note> {
         return None;
     }
     let text = format!(
-        "the times are rounded to {digits} digits, {repeated} of {} repeat, and no even clock fits them",
+        "the times are rounded to {digits} digits, {repeated} of {} repeat, and no uniform clock fits them",
         time_s.len()
     );
     // The last row of the decade before the one in which stamps begin to repeat.

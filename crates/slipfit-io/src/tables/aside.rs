@@ -81,14 +81,14 @@ pub(super) fn lines(cells: &BTreeMap<Place, Cell>, aside: &[Place]) -> (Vec<Stri
         .collect();
     let (Some(first), Some(last)) = (aside.first(), aside.last()) else { return (lines, None) };
     let places = if aside.len() == 1 {
-        format!("cell {} stands", name(*first))
+        format!("cell {}", name(*first))
     } else {
-        format!("{} cells, {} to {}, stand", aside.len(), name(*first), name(*last))
+        format!("{} cells, {} to {},", aside.len(), name(*first), name(*last))
     };
     let shown: Vec<String> =
         lines.iter().take(SHOWN).map(|line| format!("`{}`", line.replace('\t', " "))).collect();
     let more = if lines.len() > SHOWN { ", …" } else { "" };
-    let note = format!("{places} beside the table and were left out of it: {}{more}", shown.join(", "));
+    let note = format!("left out {places} next to the table: {}{more}", shown.join(", "));
     (lines, Some(note))
 }
 

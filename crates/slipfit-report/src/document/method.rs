@@ -26,8 +26,8 @@ pub(crate) const PAPER: &str = "Vitorino, Vieira and Rodrigues, “Effect of sli
 const MOTION: Step = step(
     "Motion",
     "m x″ + γ x′ + k x + F sgn(x′) = k x_0 cos(ωt),   δ = γ/2m,   x_F = F/k,   ω_0² = k/m",
-    "Eq. (2) of the paper, without a series. In print the square wave stands there with a minus sign; with \
-     x = R cos(ωt) friction opposes −sin(ωt), so the sign is plus, as (8) and (15) have it.",
+    "Eq. (2) of the paper, without a series. The paper prints the square wave with a minus sign; with x = \
+     R cos(ωt) friction opposes −sin(ωt), so the sign is plus, as in (8) and (15).",
 );
 const HALF_CYCLE: Step = step(
     "Free decay, from one turning point to the next",
@@ -53,58 +53,60 @@ const COMPARED: Step = step(
 const INTERVALS: Step = step(
     "Intervals",
     "",
-    "95 % from the profile of the sum of squares, wider for autocorrelated residuals; beside a limit such as \
-     zero friction those of Feldman and Cousins (1998), which cover 95 % there as well.",
+    "95 % from the profile of the sum of squares, wider for autocorrelated residuals; near a limit such \
+     as zero friction, the intervals are those of Feldman and Cousins (1998), which cover 95 % there as \
+     well.",
 );
 const STEADY: Step = step(
     "Driven steady state",
     "X = √((k x_0/|D|)² − (H x_F)²) − G x_F,   X_1 = X + (G − iH) x_F − i(4F/π)/D,   D = k − mω² + iγω",
-    "Den Hartog (1931), exact for two turning points a cycle; with y = πδ/ω, θ = πω_d/ω, N = cosh y + cos θ: \
-     G = (sinh y − (δ/ω_d) sin θ)/N, H = (ω_0²/ωω_{d}) sin θ/N. Where the mass stops within the cycle, the \
-     periodic motion itself is found. It is what eq. (3) of the paper sums to. The phase φ_1 that (7) prints is \
-     of order F/kRQ; near resonance it is F/πkR.",
+    "Den Hartog (1931), exact for two turning points per cycle; with y = πδ/ω, θ = πω_d/ω, N = cosh y + \
+     cos θ: G = (sinh y − (δ/ω_d) sin θ)/N, H = (ω_0²/ωω_{d}) sin θ/N. Where the mass stops within the \
+     cycle, the periodic motion itself is found. Eq. (3) of the paper sums to it. The phase φ_1 that (7) \
+     prints is of order F/kRQ; near resonance it is F/πkR.",
 );
 const LEADING: Step = step(
     "Driven steady state, leading term",
     "R = [−4Fγω + √(π²k²x_0²Z² − 16F²(k − mω²)²)]/(πZ²),   Z² = (k − mω²)² + γ²ω²",
-    "Eq. (8) of the paper. At resonance good to 1e-3 at a gain of 5; on the flanks off by up to 20 % at Q = 50, \
-     β = 0.9.",
+    "Eq. (8) of the paper. At resonance accurate to 1e-3 at a gain of 5; on the flanks in error by up to \
+     20 % at Q = 50, β = 0.9.",
 );
 const LORENTZIAN: Step = step(
     "Effective Lorentzian",
     "R = x_f ω_0²/√((ω_0² − ω²)² + (ωω_0/Q_f)²),   Q_f = Q(1 − β/a),   x_f = x_0(1 − β)/(1 − β/a),   β = 4F/πkx_0",
-    "Eqs. (12) to (14) of the paper, with a = 4/3. In truth a runs from 1.24 to 1.62 with β and the window \
-     fitted, so that inverting with 4/3 is biased; how much on this curve is said above. The paper's x_f is an \
-     effective drive, not the friction displacement.",
+    "Eqs. (12) to (14) of the paper, with a = 4/3. In fact a varies from 1.24 to 1.62 with β and the \
+     window fitted, so that inverting with 4/3 is biased; the bias on this curve is given above. The \
+     paper's x_f is an effective drive, not the friction displacement.",
 );
 const FORCE: Step = step(
     "Force balance, without a model of the curve",
     "x_0 sin(lag) = 4x_F/π + (2δ/ω_0)(ω/ω_0)|Z|",
-    "Eq. (9) of the paper, off resonance as well: what is left at zero amplitude is sliding friction.",
+    "Eq. (9) of the paper, off resonance as well: the value at zero amplitude is sliding friction.",
 );
 const LEVELS: Step = step(
     "Amplitude at resonance",
     "R_0 = Q(x_0 − 4F/πk)   above the threshold x_0 = 4x_F/π",
-    "Eq. (9) of the paper; the exact motion keeps to it within 2(x_F/R_0)².",
+    "Eq. (9) of the paper; the exact motion agrees with it within 2(x_F/R_0)².",
 );
 const LINE: Step = step(
     "Line and threshold",
     "",
-    "Levels are split into stuck and moving where that describes them best; a weighted line goes through the \
-     moving ones. A threshold above zero is tested one-sided; its interval is that of Feldman and Cousins (1998). A loss \
-     in proportion to the square of the amplitude bends the line: it is fitted where the levels show it, and counted in the \
-     intervals where they do not exclude it.",
+    "Levels are split into stuck and moving where that describes them best; a weighted line goes through \
+     the moving ones. A threshold above zero is tested one-sided; its interval is that of Feldman and \
+     Cousins (1998). A loss proportional to the square of the amplitude bends the line: it is fitted where \
+     the levels show it, and included in the intervals where they do not exclude it.",
 );
 const AGREE: Step = step(
     "Do ring-down and resonance agree?",
     "z = (a − b)/√(s_a² + s_b²)",
-    "Both differences at once with the correlations of friction and damping, by chi square: Table 1 of the paper, \
-     with uncertainties.",
+    "Both differences are tested together by chi square, with the correlations of friction and damping: \
+     Table 1 of the paper, with uncertainties.",
 );
 const JOINT: Step = step(
     "Joint fit",
     "",
-    "Least squares of all single answers with their covariances, the parameters named as shared held in common.",
+    "Least squares of all single answers with their covariances; the parameters named as shared have one \
+     common value.",
 );
 const REPEATS: Step = step(
     "Scatter of repeats",
@@ -114,8 +116,8 @@ const REPEATS: Step = step(
 const LOAD: Step = step(
     "Friction against load",
     "F = μN,   F = μN + F_0,   F = μ(N + N_0),   F = cN^{2/3}",
-    "Amontons without and with offset, with adhesion, Hertz; errors of both variables and a scatter about the law \
-     counted, compared by BIC.",
+    "Amontons without and with offset, with adhesion, Hertz; errors of both variables and a scatter about \
+     the law are included; the laws are compared by BIC.",
 );
 
 pub(super) fn of_ringdown(answer: &ringdown::Answer, bare: bool) -> Vec<Step> {

@@ -7,7 +7,7 @@ use slipfit::answer::Candidate;
 use slipfit::{LossModel, LossTerm, Parameter, Parameters};
 
 /// What an asterisk behind a model means.
-const UNSETTLED: &str = "the fit did not settle to its tolerance";
+const UNSETTLED: &str = "the fit did not converge to its tolerance";
 
 /// Why the model reported has a loss more than that of least BIC.
 const KEPT: &str = "a loss left out is not known to be zero";

@@ -70,7 +70,7 @@ fn time_source(source: Option<&TimeSource>) -> String {
     match source {
         Some(TimeSource::Column(taken)) => column(taken),
         Some(TimeSource::Intervals(taken)) => format!("{}, added up", column(taken)),
-        Some(TimeSource::Rate(rate)) => format!("{} samples a second", plain(*rate, 6, "")),
+        Some(TimeSource::Rate(rate)) => format!("{} samples per second", plain(*rate, 6, "")),
         _ => "as the file says".to_owned(),
     }
 }
@@ -98,11 +98,11 @@ pub(super) fn clock(report: &ClockReport) -> Option<String> {
     };
     count(report.nonfinite(), "rows without a number left out");
     count(report.corrupt_stamps, "rows with a corrupt stamp left out");
-    count(report.reordered, "rows put in order");
+    count(report.reordered, "rows sorted");
     count(report.repeated_stamps, "repeated stamps");
     if let Some(period_s) = report.wrap_period_s {
         let times = counted(report.wraps as u64, "time");
-        said.push(format!("begins again every {} and was counted on, {times}", plain(period_s, 10, "s")));
+        said.push(format!("restarts every {} and was continued, {times}", plain(period_s, 10, "s")));
     }
     if report.resets > 0 {
         let resets = counted(report.resets as u64, "reset");
@@ -112,7 +112,7 @@ pub(super) fn clock(report: &ClockReport) -> Option<String> {
         said.push(format!("uniform clock rebuilt from stamps rounded to {}", plain(quantum, 2, "s")));
     }
     if let Some(samples) = report.burst_samples {
-        said.push(format!("bursts of {samples} samples under one stamp each, put evenly between the stamps"));
+        said.push(format!("bursts of {samples} samples under one stamp each, spaced evenly between the stamps"));
     }
     if let Some(gap) = &report.longest_gap {
         said.push(format!(

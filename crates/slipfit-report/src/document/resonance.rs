@@ -75,7 +75,7 @@ fn facts(analysed: &AnalysedCurve<'_>, spell: Spelling<'_>) -> Facts {
         left.push(format!("{} outside the band", d.outside_band));
     }
     if d.left_out > 0 {
-        left.push(format!("{} far off left out", d.left_out));
+        left.push(format!("{} far from the curve left out", d.left_out));
     }
     let left = if left.is_empty() { String::new() } else { format!(" ({})", left.join(", ")) };
     let growing = match d.proportional_noise {
@@ -88,8 +88,8 @@ fn facts(analysed: &AnalysedCurve<'_>, spell: Spelling<'_>) -> Facts {
         n => format!("; {n} points with stops in the cycle"),
     };
     facts.add("fit", format!(
-            "{method}, {drive}{level}; {} points{left}, {} within the line, over {:.1} line widths; noise {}, {:.0} dB below \
-             the peak; residuals {} times what noise gives{growing}{stops}",
+            "{method}, {drive}{level}; {} points{left}, {} within the line, over {:.1} line widths; noise \
+             {}, {:.0} dB below the peak; residuals {} times those expected from noise{growing}{stops}",
             d.points,
             d.points_in_line,
             d.line_widths,
@@ -105,7 +105,8 @@ fn facts(analysed: &AnalysedCurve<'_>, spell: Spelling<'_>) -> Facts {
         facts.add(
             "forces",
             format!(
-                "without a model, those of {} points give x_F = {}, δ = {} (chi square {:.2} a degree of freedom{})",
+                "without a model, those of {} points give x_F = {}, δ = {} (chi square {:.2} per degree \
+                 of freedom{})",
                 line.points,
                 Rounded::new(x_f.value, x_f.std_error, &x_f.unit),
                 Rounded::new(delta.value, delta.std_error, &delta.unit),

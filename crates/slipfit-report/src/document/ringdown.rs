@@ -45,7 +45,7 @@ fn free_law(facts: &mut Facts, law: &FreeLaw, unit: &str) {
     };
     let x_f = law.friction_displacement.as_ref().map_or_else(String::new, |x_f| {
         let [low, high] = x_f.interval_95.map(|v| plain(v, 3, &x_f.unit));
-        format!(", as of x_F between {low} and {high}")
+        format!(", as with x_F between {low} and {high}")
     });
     facts.add("law", format!("without a model, at vanishing amplitude: loss {}{x_f}", interval(&law.limit)));
     facts.add("", format!("slope there {}", interval(&law.slope)));
@@ -70,7 +70,7 @@ fn sensor_curve(curve: &SensorCurve, unit: &str) -> String {
         none if none.is_empty() => none,
         some => format!("/(1{some})"),
     };
-    format!("reads x{quadratic}{cubic}{saturation} of a displacement x{unit} off the middle: straightened")
+    format!("reads x{quadratic}{cubic}{saturation} for a displacement x{unit} from the middle: linearised")
 }
 
 /// Whether the record holds amplitudes, not the motion itself.
@@ -119,7 +119,7 @@ fn facts(analysed: &AnalysedRingdown<'_>, spell: Spelling<'_>) -> Facts {
             let unit = &answer.signal_unit;
             format!("; static friction holds between {} and {}", plain(low, 3, unit), plain(high, 3, unit))
         });
-        facts.add("stop", format!("at {}, {position} off the middle{hold}", instant(stop.time_s, span_s)));
+        facts.add("stop", format!("at {}, {position} from the middle{hold}", instant(stop.time_s, span_s)));
     }
     if let Some(mode) = &answer.second_mode {
         let [frequency, decay_rate, amplitude] = [&mode.frequency, &mode.decay_rate, &mode.amplitude]
@@ -138,21 +138,21 @@ fn facts(analysed: &AnalysedRingdown<'_>, spell: Spelling<'_>) -> Facts {
     let d = &answer.diagnostics;
     let left_out = match d.left_out {
         0 => String::new(),
-        1 => "; 1 stretch far off every law left out".to_owned(),
-        n => format!("; {n} stretches far off every law left out"),
+        1 => "; 1 part far from every law left out".to_owned(),
+        n => format!("; {n} parts far from every law left out"),
     };
     let at_turns = match d.samples_at_turns {
         0 => String::new(),
-        1 => "; 1 sample beside a turning point left out".to_owned(),
-        n => format!("; {n} samples beside turning points left out"),
+        1 => "; 1 sample next to a turning point left out".to_owned(),
+        n => format!("; {n} samples next to turning points left out"),
     };
     let coloured = match d.noise_inflation {
         1.0 => String::new(),
-        f => format!(" and {:.1} times that about the frequency of the motion", f.sqrt()),
+        f => format!(" and {:.1} times that near the frequency of the motion", f.sqrt()),
     };
     facts.add("fit", format!(
-            "of the {}; noise {}, {:.0} dB below the start{coloured}; residuals {} times what noise gives; {:.1} decay \
-             times{left_out}{at_turns}",
+            "of the {}; noise {}, {:.0} dB below the start{coloured}; residuals {} times those expected \
+             from noise; {:.1} decay times{left_out}{at_turns}",
             d.method,
             plain(d.noise_rms, 2, &answer.signal_unit),
             d.signal_to_noise_db,

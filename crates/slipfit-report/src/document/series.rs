@@ -111,19 +111,19 @@ fn table(analysed: &AnalysedSeries<'_>) -> Table {
     ];
     table.groups.extend(compared(String::new()).map(|empty| (empty, 1)));
     if both {
-        table.note = "z: difference of the two ways over its standard error.".to_owned();
+        table.note = "z: difference of the two methods over its standard error.".to_owned();
     }
     if let Some(relative) = analysed.options.calibration.map(|c| c.quantity()).map(|q| q.std_error / q.value)
         && relative > 0.0
     {
         let share = plain(100.0 * relative, 2, "%");
         table.note.push_str(&format!(
-            " ± counts the error of the constant, {share} of every {friction} and {damping}{}.",
-            if both { "; z and p do not, as both ways share it" } else { "" }
+            " ± includes the error of the constant, {share} of every {friction} and {damping}{}.",
+            if both { "; z and p do not, as both methods share it" } else { "" }
         ));
     }
     if table.rows.iter().flatten().any(|cell| cell.starts_with(BELOW)) {
-        table.note.push_str(" <: upper limit (95 %) of what may be none.");
+        table.note.push_str(" <: upper limit (95 %) of a value that may be zero.");
     }
     table
 }
@@ -202,7 +202,7 @@ fn joint(facts: &mut Facts, analysed: &AnalysedSeries<'_>) {
             .map(|(symbol, relative, _)| format!("{symbol} by {}", plain(100.0 * relative, 2, "%")))
             .collect();
         if !parts.is_empty() {
-            let repeats = format!("repeats scatter beyond their errors, {}; counted", parts.join(", "));
+            let repeats = format!("repeats scatter beyond their errors, {}; included in the errors", parts.join(", "));
             facts.add("scatter", repeats);
         }
     }

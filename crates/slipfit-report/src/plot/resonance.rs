@@ -148,7 +148,7 @@ impl<'a> View<'a> {
 
     /// The title, and what was taken off.
     fn beside(&self, title: &str) -> String {
-        let off = if self.background == Phasor::default() { "" } else { ", background taken off" };
+        let off = if self.background == Phasor::default() { "" } else { ", background subtracted" };
         format!("{title}{off}")
     }
 
@@ -392,7 +392,7 @@ fn dissipative(figure: &mut Figure, view: &View<'_>) {
         let intercept = 4.0 / std::f64::consts::PI * fit.friction_displacement.value;
         line = vec![[0.0, intercept], [view.largest, intercept + slope * view.largest]];
     }
-    let title = "dissipative force: sliding is what is left at zero";
+    let title = "dissipative force: its value at zero is sliding friction";
     force(figure, view, title, "dissipative force / k", &rows, &line);
 }
 

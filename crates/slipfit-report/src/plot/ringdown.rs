@@ -246,7 +246,7 @@ fn residuals(figure: &mut Figure, answer: &Answer, scales: &Scales) {
     let y = Axis::linear(-1.15 * size * a, 1.9 * size * a, titled("data − fit", &scale.unit));
     let mut panel = Panel::new(figure, "residuals of the envelope", scales.time_axis(), y);
     if used.is_empty() {
-        panel.note("no amplitudes inside the fitted stretch");
+        panel.note("no amplitudes inside the fitted part");
         return;
     }
     let sigma = |p: &EnvelopePoint| finite_or_zero(p.std_error) * a;
@@ -267,7 +267,7 @@ fn residuals(figure: &mut Figure, answer: &Answer, scales: &Scales) {
     if let Some(candidate) = viscous(answer) {
         let difference = |s: f64| (answer.fit.amplitude_at(s) - viscous_amplitude(answer, candidate, s)) * a;
         panel.line(along(answer, 400).map(|s| [s * t, difference(s)]), VISCOUS_LINE);
-        legend.push((Mark::Line(VISCOUS_LINE), "what purely viscous would leave"));
+        legend.push((Mark::Line(VISCOUS_LINE), "residuals if purely viscous"));
     }
     panel.line(scales.range_s.map(|s| [s * t, 0.0]), FIT_LINE);
     let outside =
@@ -314,7 +314,7 @@ fn loss(figure: &mut Figure, answer: &Answer) {
         }
         panel.band(&band, SLIDING.faded(0.22));
         panel.line(band.iter().map(|b| [b[0], b[2]]), Stroke::solid(SLIDING, 2.0));
-        legend.push((Mark::Patch(SLIDING.faded(0.45)), "of it sliding"));
+        legend.push((Mark::Patch(SLIDING.faded(0.45)), "sliding part"));
     }
     if let Some(law) = &answer.free_law {
         let band: Vec<[f64; 3]> =

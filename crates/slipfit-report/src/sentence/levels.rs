@@ -20,7 +20,7 @@ pub(super) fn sentence(answer: &Answer) -> String {
             );
         }
         return format!(
-            "No threshold is seen ({}): sliding friction holds the mass below a drive of {high} at most.",
+            "No threshold is found ({}): sliding friction holds the mass up to a drive of {high} at most.",
             p_value(answer.p_value)
         );
     }

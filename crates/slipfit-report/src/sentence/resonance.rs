@@ -12,14 +12,15 @@ pub(super) fn sentence(a: &Answer) -> String {
         match warning {
             Warning::Jump { frequency_hz, .. } => {
                 return format!(
-                    "The curve jumps at {}: it has more than one amplitude there, and no loss follows from it \
-                     as it stands.",
+                    "The curve jumps at {}: it has more than one amplitude there, and no loss can be \
+                     determined from it as it is.",
                     plain(*frequency_hz, 4, "Hz")
                 );
             }
             Warning::SecondPeak { main_hz, other_hz, .. } => {
                 return format!(
-                    "The curve holds more than one line ({} and {}); what follows holds for neither alone. {}",
+                    "The curve holds more than one peak ({} and {}); the following results hold for \
+                     neither alone. {}",
                     plain(*main_hz, 4, "Hz"),
                     plain(*other_hz, 4, "Hz"),
                     conclusion(a)
@@ -35,7 +36,7 @@ pub(super) fn sentence(a: &Answer) -> String {
 fn beside_friction(a: &Answer) -> Option<&'static str> {
     a.warnings.iter().find_map(|w| match w {
         Warning::Background { phases: false, .. } => Some("the background"),
-        Warning::AmplitudeOffset { .. } => Some("the constant in every amplitude"),
+        Warning::AmplitudeOffset { .. } => Some("the constant offset of every amplitude"),
         Warning::NoiseFloor { .. } => Some("the noise floor"),
         _ => None,
     })
@@ -62,7 +63,8 @@ fn conclusion(a: &Answer) -> String {
         // What the p value takes for granted is not known.
         if let Some(term) = beside_friction(a) {
             return format!(
-                "{carries}, if {term} is as fitted: amplitudes alone do not tell it from friction, and no p value holds."
+                "{carries}, if {term} is as fitted: amplitudes alone do not distinguish it from friction, \
+                 and no p value is valid."
             );
         }
         return format!("{carries}; a curve without it is excluded, {}.", p_value(s.p_value));
@@ -72,8 +74,8 @@ fn conclusion(a: &Answer) -> String {
     let law = if a.preferred_model.is_within(a.model) { a.preferred_model } else { a.model };
     if !a.diagnostics.law_holds {
         return format!(
-            "Whether sliding friction takes part stays open, {drive}: what every loss law leaves of the curve is more \
-             than noise and than what friction explains."
+            "Whether sliding friction takes part remains open, {drive}: the residuals of every loss law \
+             are larger than noise or friction explains."
         );
     }
     // What the interval keeps off zero is possible, whichever model has the lower BIC.
@@ -89,12 +91,12 @@ fn conclusion(a: &Answer) -> String {
     }
     if s.detected && a.model.has_sliding() {
         return format!(
-            "Sliding friction is present, {}; the curve as it was described{by} shows none.",
+            "Sliding friction is present, {}; the reported description of the curve{by} shows none.",
             p_value(s.p_value)
         );
     }
     if s.detected {
-        return format!("Sliding friction is present, {}, which {} leaves out.", p_value(s.p_value), a.model);
+        return format!("Sliding friction is present, {}, but {} does not include it.", p_value(s.p_value), a.model);
     }
     let below = limit(Parameter::FRICTION_DISPLACEMENT)
         .filter(|(i, _)| i[1].is_finite() && i[1] > 0.0)
@@ -102,7 +104,7 @@ fn conclusion(a: &Answer) -> String {
         .unwrap_or_default();
     let wide = match (a.drive_source, ratio) {
         (DriveSource::Shape, Some(r)) if r[1] > 0.3 => {
-            format!(", which leaves a friction ratio up to {:.2}", r[1].min(1.0))
+            format!(", which allows a friction ratio of up to {:.2}", r[1].min(1.0))
         }
         _ => String::new(),
     };

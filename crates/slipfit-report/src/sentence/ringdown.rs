@@ -21,15 +21,15 @@ pub(super) fn sentence(a: &Answer) -> String {
     let mut text = String::new();
     if let Some([main_hz, other_hz]) = modes_hz(a) {
         text = format!(
-            "The record holds more than one mode ({} and {}); what follows holds for neither alone. ",
+            "The record holds more than one mode ({} and {}); the following results hold for neither alone. ",
             plain(main_hz, 4, "Hz"),
             plain(other_hz, 4, "Hz")
         );
     }
     if let Some((second, main_hz, strength)) = second_mode(a) {
         text = format!(
-            "The record holds two modes, {} and {} ({} as strong); the second was subtracted, and what follows \
-             is about the first. ",
+            "The record holds two modes, {} and {} (relative amplitude {}); the second was subtracted, \
+             and the following results are those of the first. ",
             plain(main_hz, 4, "Hz"),
             plain(second.frequency.value, 4, "Hz"),
             percent(strength)
@@ -100,14 +100,15 @@ fn conclusion(a: &Answer) -> String {
         (true, false) => uncertain(a),
         // Evidence against the viscous law alone that another law without sliding takes up.
         (false, true) if !not_preferred(a) => format!(
-            "{} describes the record best, without sliding friction; yet with it the decay is better described \
-             than by the same law without, {}: whether sliding friction takes part stays undecided{}.",
+            "{} describes the record best and contains no sliding friction, but the same law with sliding \
+             friction describes the decay better, {}: whether sliding friction takes part remains \
+             undecided{}.",
             capital(law(a).name()),
             p_value(a.sliding.p_value),
             open_question(a)
         ),
         (false, true) => format!(
-            "Sliding friction is present, {}, which {} leaves out.",
+            "Sliding friction is present, {}, but {} does not include it.",
             p_value(a.sliding.p_value),
             a.model
         ),
@@ -119,8 +120,8 @@ fn conclusion(a: &Answer) -> String {
 fn no_law(a: &Answer) -> Option<String> {
     let misfit = a.diagnostics.misfit.filter(|_| !a.diagnostics.law_holds)?;
     Some(format!(
-        "No loss law describes this decay: {}, the best, misses the amplitude by {} ({} at {}); whether sliding \
-         friction takes part stays open.",
+        "No loss law describes this decay: the best, {}, deviates from the amplitude by {} ({} at {}); \
+         whether sliding friction takes part remains open.",
         law(a),
         percent(misfit.relative_rms),
         percent(misfit.largest),
@@ -158,7 +159,7 @@ fn total_loss(a: &Answer) -> String {
     match viscous {
         Some(c) if c.value(Parameter::DECAY_RATE) > 0.0 => {
             format!(
-                "; both together damp like a viscous decay rate of {}",
+                "; together they damp like a viscous decay rate of {}",
                 plain(c.value(Parameter::DECAY_RATE), 3, "1/s")
             )
         }
@@ -227,7 +228,7 @@ fn absent(a: &Answer) -> String {
             open_question(a)
         );
     }
-    let limit = [(Parameter::FRICTION_DISPLACEMENT, "x_F is"), (Parameter::SlidingRate, "it takes")]
+    let limit = [(Parameter::FRICTION_DISPLACEMENT, "x_F is"), (Parameter::SlidingRate, "its loss rate is")]
         .into_iter()
         .find_map(|(parameter, is)| a.parameter(parameter).map(|q| (q.interval_95[1], q.unit.as_str(), is)))
         .filter(|(high, ..)| high.is_finite() && *high > 0.0)
@@ -247,7 +248,7 @@ fn open_question(a: &Answer) -> String {
     });
     match rival {
         Some(rival) if rival.has_sliding() == law(a).has_sliding() => {
-            format!("; whether the rest is that of {} or {rival} stays open", law(a))
+            format!("; whether the rest of the loss follows {} or {rival} remains open", law(a))
         }
         Some(rival) => format!("; {rival} describes the record as well"),
         None => String::new(),
@@ -354,8 +355,8 @@ mod tests {
         a.warnings = vec![Warning::NotSeparable { correlation: -0.9991, decay_times: Some(0.7) }];
         assert_eq!(
             a.sentence(),
-            "0.7 of a decay time recorded: viscous and sliding loss cannot be told apart, correlation -0.999; both \
-             together damp like a viscous decay rate of 0.0302 1/s."
+            "0.7 of a decay time recorded: viscous and sliding loss cannot be told apart, correlation \
+             -0.999; together they damp like a viscous decay rate of 0.0302 1/s."
         );
         a.warnings = vec![Warning::TooFewCycles { cycles: 3.1 }];
         assert!(a.sentence().starts_with("Only 3.1 cycles, too few to tell"));

@@ -35,7 +35,7 @@ impl Error {
             Self::TimeBackwards { .. } | Self::TimeOutOfOrder { .. } | Self::TimeStandsStill { .. } => {
                 vec![
                     Hint::new("time", "names another column"),
-                    Hint::new("rate_hz", "in place of these times"),
+                    Hint::new("rate_hz", "replaces these times"),
                 ]
             }
             Self::NotARingDown { .. } | Self::OutsideRecord { .. } => free_decay_by_hand(),

@@ -242,7 +242,7 @@ fn check(options: &Options) -> Result<(), Error> {
     if matches!(options.calibration, Some(Calibration::Mass { .. })) && options.frequency_hz.is_none() {
         return Err(Error::MissingParameter {
             name: "frequency_hz",
-            hint: "forces follow from a mass by it",
+            hint: "the forces are calculated from the mass with it",
         });
     }
     Ok(())

@@ -133,10 +133,10 @@ impl LevelsBuilder {
         for &index in &keep {
             let out = |name, value, range| Err(Error::PointOutOfRange { name, index, value, range });
             if l.drive[index] < 0.0 {
-                return out("drive", l.drive[index], "the numbers from zero on");
+                return out("drive", l.drive[index], "the non-negative numbers");
             }
             if l.amplitude[index] < 0.0 {
-                return out("amplitude", l.amplitude[index], "the numbers from zero on");
+                return out("amplitude", l.amplitude[index], "the non-negative numbers");
             }
             if error_at(index) <= 0.0 {
                 return out("std_error", error_at(index), "the positive numbers");

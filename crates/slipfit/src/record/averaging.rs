@@ -132,7 +132,7 @@ impl Averaging {
             Some(row_s) => row_s * self.factor as f64,
             None => match even(&time_s[..self.held(signal.len())]) {
                 Some(step_s) => step_s,
-                None => return self.stopped = Some("its clock does not run evenly"),
+                None => return self.stopped = Some("its clock is not uniform"),
             },
         };
         self.row_s = step_s / self.factor as f64;
@@ -141,7 +141,7 @@ impl Averaging {
             return self.stopped = Some("no oscillation was found in it");
         };
         if line.frequency_hz * 2.0 * step_s * Self::LEAST_A_CYCLE > 1.0 {
-            return self.stopped = Some("averaging would leave too few samples a cycle");
+            return self.stopped = Some("averaging would leave too few samples per cycle");
         }
         self.frequency_hz = line.frequency_hz;
         // Rows that wait to become a sample wait on.

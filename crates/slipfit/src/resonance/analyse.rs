@@ -75,7 +75,7 @@ pub fn analyse(curve: &Curve, options: &Options) -> Result<Answer, Error> {
     analyse_with(curve, options, &Criteria::default())
 }
 
-const SEARCH_CUT: &str = "no resonance curve was found within the work allowed";
+const SEARCH_CUT: &str = "no resonance curve could be fitted within the limit of work";
 
 /// [`analyse`] by other thresholds than the default ones.
 ///
@@ -84,11 +84,11 @@ const SEARCH_CUT: &str = "no resonance curve was found within the work allowed";
 pub fn analyse_with(curve: &Curve, options: &Options, criteria: &Criteria) -> Result<Answer, Error> {
     options.check()?;
     let terms = options.terms;
-    let constant = "the points have phases: what is added to them is a background";
-    let noise = "the points have phases: their noise has no mean";
+    let constant = "the points have phases, and a constant added to them is a background";
+    let noise = "the points have phases, and their noise averages to zero";
     let delay = "the points have no phases, and a delay changes nothing else";
     for (asked, method, complex, why) in [
-        (terms.amplitude_offset, "a constant in every amplitude", true, constant),
+        (terms.amplitude_offset, "a constant offset of every amplitude", true, constant),
         (terms.noise_floor, "a noise floor in every amplitude", true, noise),
         (terms.delay, "a delay", false, delay),
     ] {

@@ -41,7 +41,8 @@ pub(super) fn answer(
     // Where even the models within it have no fit inside the limits, the points are no resonance.
     if chosen.model.terms().any(|term| chosen.bounded.parameters[slot(term)] < 0.0) {
         return Err(Error::NoFit {
-            reason: "the curve follows a loss below zero only: it may not be an amplitude, or not be steady",
+            reason: "only a negative loss describes the curve: it may not be an amplitude, or the motion \
+                     may not be steady",
         });
     }
     if d.method() == Method::Paper && d.source == DriveSource::Shape {
@@ -131,7 +132,7 @@ fn papers_lorentzian(d: &FittedModels, criteria: &Criteria) -> Result<Option<Lor
     }
     let b = &d.problem.main;
     let found = Lorentzian::of(b, &b.amplitudes(), &criteria.search);
-    found.map(Some).ok_or(Error::NoFit { reason: "no effective Lorentzian was reached" })
+    found.map(Some).ok_or(Error::NoFit { reason: "no effective Lorentzian could be fitted" })
 }
 
 /// Parameters of the same oscillator without sliding friction.

@@ -288,7 +288,7 @@ impl CurveBuilder {
             if let Response::Amplitude(a) = &self.response
                 && a[i] < 0.0
             {
-                return Err(point("amplitude", i, a[i], "the numbers from zero on"));
+                return Err(point("amplitude", i, a[i], "the non-negative numbers"));
             }
             for (name, column) in [("drive", &self.drive), ("std_error", &self.std_error)] {
                 if let Some(v) = column

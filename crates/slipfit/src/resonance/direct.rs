@@ -103,7 +103,7 @@ pub fn fit(curve: &Curve, drive_amplitude: Option<f64>) -> Result<CurveFit, Erro
             let all = starts(&problem.main, &peak, linear.map(|(s, _)| s), drive_amplitude, fixed);
             best(&problem, &all, &free, &SearchCriteria::default())
         })
-        .ok_or(Error::NoFit { reason: "no resonance curve with viscous and sliding loss was reached" })?;
+        .ok_or(Error::NoFit { reason: "no resonance curve with viscous and sliding loss could be fitted" })?;
     let n = problem.observations();
     let sigma = (found.rss / (n - free.len() as f64).max(1.0)).sqrt();
     let one = |k: usize, offset: f64, factor: f64| {

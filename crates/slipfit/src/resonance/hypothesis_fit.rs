@@ -123,7 +123,7 @@ impl<'a> HypothesisFit<'a> {
         let own: Vec<usize> = full.iter().copied().filter(|&k| k < R_OMEGA).collect();
         let problem = problem.with(&own);
         let fit = best(&problem, &starts, &own, &criteria.search).ok_or(Error::NoFit {
-            reason: "no resonance curve with viscous and sliding loss was reached from any start",
+            reason: "no resonance curve with viscous and sliding loss could be fitted from any start value",
         })?;
         let first_variance = variance(&problem, &fit).max(f64::MIN_POSITIVE);
         let this = Self {

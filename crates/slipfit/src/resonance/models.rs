@@ -32,7 +32,7 @@ pub(super) fn compare(curve: &PreparedCurve, mut chosen: HypothesisFit) -> Resul
         (comparison, residuals) = loss_models(&chosen);
     }
     let Some(first) = comparison.fits.first() else {
-        return Err(Error::NoFit { reason: "no loss model could be fitted to the curve" });
+        return Err(Error::NoFit { reason: "no fit to the curve converged" });
     };
     let noise = comparison.noise;
     let HypothesisFit { problem, fit, mut minima, .. } = chosen;

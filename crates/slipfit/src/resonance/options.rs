@@ -81,13 +81,13 @@ impl Options {
         if self.model.is_some_and(|m| m.terms().any(LossTerm::is_shaped)) {
             return Err(Error::DoesNotHold {
                 method: "the model asked for",
-                why: "a loss whose shape is fitted is known of free decays alone",
+                why: "the shape of a loss can be fitted to free decays only",
             });
         }
         if let Some(drive) = self.drive_amplitude {
             crate::model::oscillator::above_zero("drive_amplitude", drive.value)?;
             if !(drive.std_error >= 0.0 && drive.std_error.is_finite()) {
-                let range = "the numbers from zero on";
+                let range = "the non-negative numbers";
                 return Err(Error::Parameter {
                     name: "drive_amplitude std_error",
                     value: drive.std_error,

@@ -37,7 +37,7 @@ pub(super) fn absence(problem: &Problem, fit: &Fit, noise: f64, criteria: &Crite
     }
     let (square, _) = farthest((sum - level(far)) / (count - 1.0), far);
     if square.sqrt() < c.above_noise * noise {
-        return Some("a single point stands out of the noise and no peak");
+        return Some("only a single point stands out of the noise, not a peak");
     }
     let line = Line::through(b, None)?;
     let variance = line.rss / (b.observations() - line.parameters).max(1.0);

@@ -54,7 +54,7 @@ impl FrictionFreeFit {
             return Err(Error::TooFewPoints { points: own.main.len(), parameters: free.len() });
         }
         let mut fit = best(&own, &list, &free, &criteria.search)
-            .ok_or(no("no resonance was reached in the reference"))?;
+            .ok_or(no("no resonance could be fitted to the reference"))?;
         refit_with_rice(&mut own, &mut fit, &free, &criteria.residuals);
         let p = &fit.parameters;
         let mut parameters = vec![0.0; COUNT];

@@ -455,7 +455,7 @@ fn amplitudes<'a>(
     }
     let (cycles, needed) = (measured.cycles(), criteria.blocks.least_cycles);
     if cycles < needed {
-        let reason = "too strongly damped or too short a record";
+        let reason = "the motion is too strongly damped, or the record too short";
         return Err(Error::NotARingDown { cycles, needed, reason });
     }
     if samples.filtered == Filtered::Motion {

@@ -119,7 +119,7 @@ pub fn friction_against_load(points: &[LoadPoint], units: [&str; 2]) -> Result<V
         .into_iter()
         .find(|(_, v)| !(*v >= 0.0 && v.is_finite()));
         if let Some((name, value)) = bad {
-            return Err(Error::PointOutOfRange { name, index, value, range: "the numbers from zero on" });
+            return Err(Error::PointOutOfRange { name, index, value, range: "the non-negative numbers" });
         }
         if !p.friction.is_finite() {
             let range = "the finite numbers";

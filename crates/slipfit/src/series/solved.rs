@@ -45,7 +45,8 @@ impl SolvedMeasurement {
         }
         let covariance = Matrix2::new(s_d * s_d, rho * s_d * s_x, rho * s_d * s_x, s_x * s_x);
         if !(covariance[(0, 0)].is_normal() && covariance[(1, 1)].is_normal()) {
-            return Err("the squares of its standard errors are beyond double precision: use another unit");
+            return Err("the squares of its standard errors exceed the range of double precision: use \
+                        another unit");
         }
         let frequency = match answer {
             // A ring-down swings at omega_d.

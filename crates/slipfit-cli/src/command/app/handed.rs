@@ -28,7 +28,7 @@ impl Handed {
         let file = File::open(&self.path)?;
         let what = file.metadata()?;
         if !what.is_file() {
-            return Err(io::Error::new(io::ErrorKind::InvalidInput, "it is no regular file"));
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, "it is not a regular file"));
         }
         Ok((file, what.len()))
     }

@@ -52,7 +52,7 @@ fn converse(mut stream: TcpStream, served: &Served) -> io::Result<()> {
                 break (served.answer(&request), method == "HEAD");
             }
             Ok(httparse::Status::Partial) if bytes.len() < MOST_BYTES => {}
-            _ => break (refused("400 Bad Request", "this is no request that can be read"), false),
+            _ => break (refused("400 Bad Request", "the request cannot be read"), false),
         }
         let mut more = [0; 4096];
         match stream.read(&mut more)? {

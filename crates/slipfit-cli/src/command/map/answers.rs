@@ -105,8 +105,8 @@ impl Map<'_> {
             format!("{file}{data}[{index}]")
         };
         let mut caption =
-            "Viscous and sliding loss of each pixel. Colours leave one value in a hundred out at \
-                           either end; grey: no answer, or none that the trace determines."
+            "Viscous and sliding loss of each pixel. The colour scale leaves out one value in a hundred \
+             at either end; grey: no answer, or a value that the trace does not determine."
                 .to_owned();
         let drawn =
             self.warned().iter().zip(&undetermined).filter(|(warned, none)| **warned && !**none).count();
@@ -157,7 +157,7 @@ impl Map<'_> {
             let Some(last) = values.len().checked_sub(1) else { continue };
             let at = |part: f64| values[(part * last as f64).round() as usize];
             let [median, low, high] = [0.5, 0.25, 0.75].map(|part| plain(at(part), 4, &unit));
-            text += &format!("  {words}: {median} in the middle, half of the pixels from {low} to {high}\n");
+            text += &format!("  {words}: median {median}, half of the pixels from {low} to {high}\n");
         }
         let mut reasons: BTreeMap<&str, usize> = BTreeMap::new();
         self.texts("reason").filter(|r| !r.is_empty()).for_each(|r| *reasons.entry(r).or_default() += 1);
@@ -167,7 +167,7 @@ impl Map<'_> {
             text += &format!("  {count}: {reason}\n");
         }
         if let Some(others) = reasons.len().checked_sub(MOST_REASONS).filter(|others| *others > 0) {
-            text += &format!("  and {others} reasons more: --table has all of them\n");
+            text += &format!("  and {others} more reasons: --table has all of them\n");
         }
         text
     }

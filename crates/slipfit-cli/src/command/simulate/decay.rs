@@ -35,7 +35,8 @@ pub(super) fn run(args: &DecayArgs, to: &write::Destinations) -> Result<(), Fail
         let most = args.sampling.duration / oscillator.half_period_s() + 2.0;
         if most > MOST_ROWS {
             return Err(
-                Failure::new(format!("{most:.0} turning points asked for")).hint("--duration is shorter")
+                Failure::new(format!("{most:.0} turning points asked for")).hint("--duration makes the \
+                                                                                  record shorter")
             );
         }
         let until_s = args.sampling.duration;

@@ -64,7 +64,7 @@ pub(super) fn wave(args: &DrivenArgs, o: &Oscillator) -> Result<Wave, Failure> {
         let frequency_hz = args.drive_frequency_hz.unwrap_or(o.frequency_hz());
         tones.insert(0, Tone { frequency_hz, amplitude, phase_deg: 0.0 });
     } else if args.drive_frequency_hz.is_some() {
-        return Err(Failure::new("--drive-frequency-hz is of --drive-amplitude or --drive-force")
+        return Err(Failure::new("--drive-frequency-hz belongs to --drive-amplitude or --drive-force")
             .hint("--tone HZ,X names its own frequency"));
     }
     let harmonics: Vec<Harmonic> = tones
@@ -102,7 +102,7 @@ fn from_file(reading: Reading) -> Result<Wave, Failure> {
     let keep: Vec<bool> = (0..samples).map(|i| i + 1 == samples || times[i] < times[i + 1]).collect();
     let doubled = keep.iter().filter(|k| !**k).count();
     if doubled > 0 {
-        warnings.push(format!("{}: of {doubled} repeated times the later sample was taken", report.path));
+        warnings.push(format!("{}: {doubled} times are repeated; the later sample of each was taken", report.path));
         let mut of = keep.iter();
         times.retain(|_| *of.next().unwrap_or(&true));
         let mut of = keep.iter();

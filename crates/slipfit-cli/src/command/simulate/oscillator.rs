@@ -67,8 +67,8 @@ pub(super) fn friction(args: &MinusArgs, o: &Oscillator, unit: &str) -> Result<F
             None => ("--static-displacement-minus", held),
         };
         return Err(Failure::new(format!(
-            "{flag} = {} is out of range; allowed: at least the sliding friction the same way (F_s- >= F-), \
-             {} as a displacement",
+            "{flag} = {} is out of range; allowed: at least the sliding friction in the same direction \
+             (F_s- >= F-), {} as a displacement",
             sheet::number(value),
             sheet::number(minus)
         )));

@@ -26,7 +26,7 @@ pub(crate) fn cube(path: &Path, name: Option<&str>) -> Result<([usize; 3], Strin
     if let Some(name) = name {
         let inner = Path::new(name.trim_start_matches('/'));
         if !inner.components().all(|part| matches!(part, Component::Normal(_))) {
-            return Err(refused(format!("{name} is no path in a zarr store")));
+            return Err(refused(format!("{name} is not a path in a zarr store")));
         }
         let folder = path.join(inner);
         match node(&folder)? {

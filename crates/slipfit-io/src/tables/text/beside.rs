@@ -122,7 +122,8 @@ impl Settings {
     pub(super) fn note(&self) -> Note {
         let Self { columns, rows, .. } = self;
         Note::new(format!(
-            "columns 1 to {columns} hold settings beside the first {rows} rows, which are samples too"
+            "columns 1 to {columns} hold settings next to the first {rows} rows, which were read as \
+             samples too"
         ))
     }
 }

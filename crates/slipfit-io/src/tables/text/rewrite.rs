@@ -115,7 +115,8 @@ impl Rewrite {
             Self::Bracketed => Note::new("the brackets around each row were left out"),
             Self::Beside(settings) => settings.note(),
             Self::Halved(numbers) => Note::new(format!(
-                "commas separate the cells and are decimal marks too: the {} cells of each row were read as {numbers} numbers",
+                "commas are both cell separators and decimal marks: the {} cells of each row were read as \
+                 {numbers} numbers",
                 2 * numbers
             )),
         }

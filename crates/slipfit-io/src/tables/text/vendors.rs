@@ -218,7 +218,7 @@ fn add_klipper_units(_: &Preamble, layout: &mut Layout) {
         };
         *name = with_unit(&name.header, unit);
     }
-    layout.head.notes.push("Klipper names no units: seconds and mm/s^2 are those it writes".into());
+    layout.head.notes.push("Klipper names no units: it writes seconds and mm/s^2".into());
 }
 
 /// Spectrum analysers of Keysight and Siglent: lines of names and values, then the trace.

@@ -98,7 +98,8 @@ impl Wrapped {
         // That the lines above the values name no columns.
         head.notes.clear();
         head.notes.push(Note::new(format!(
-            "{} values, as the header states, stand in {} columns: they were read line by line as one signal",
+            "the {} values that the header states stand in {} columns: they were read line by line as one \
+             signal",
             self.count, self.width
         )));
     }

@@ -56,16 +56,16 @@ impl Warning {
             }
             Warning::TurningGravity => vec![Hint::advice("record a gyroscope or the linear acceleration")],
             Warning::OtherMotion { from_s, to_s } => vec![
-                Hint::new("start_s", "begins with it").with(instant(*from_s)),
-                Hint::new("end_s", "ends with it").with(instant(*to_s)),
+                Hint::new("start_s", "analyses it from its beginning").with(instant(*from_s)),
+                Hint::new("end_s", "analyses it up to its end").with(instant(*to_s)),
             ],
             Warning::SlowTail { .. } => vec![Hint::new("end_s", "sets the limit by hand")],
             Warning::Clipped { inside: true, .. } => vec![Hint::new("start_s", "skips them")],
             Warning::ClockRebuilt { .. } => vec![Hint::new("rate_hz", "gives the samples per second")],
             Warning::LossyCompression { .. } => vec![Hint::advice("record as WAV or FLAC")],
             Warning::AmbiguousModel { .. } => vec![Hint::new("model", "names the one to report")],
-            Warning::LowQDerivative { .. } => either("start_s", "end_s", "cuts it to the free decay"),
-            Warning::Disturbance { .. } => either("start_s", "end_s", "chooses by hand"),
+            Warning::LowQDerivative { .. } => either("start_s", "end_s", "limits it to the free decay"),
+            Warning::Disturbance { .. } => either("start_s", "end_s", "sets the part by hand"),
             Warning::FrequencyUnknown => {
                 vec![Hint::new("frequency_hz", "turns it into a friction displacement")]
             }
@@ -98,28 +98,29 @@ impl Warning {
             Warning::OneFlank { .. } => vec![Hint::advice("measure across the peak")],
             Warning::NegativeDelay { .. } => vec![
                 Hint::new("kind", "says what was measured"),
-                Hint::advice("see that the phases are those of the response against the drive"),
+                Hint::advice("check that the phases are those of the response relative to the drive"),
             ],
             Warning::DriveDiffers { .. } => {
                 vec![Hint::new(
                     "drive_amplitude",
-                    "left out lets the curve give it; rms and peak to peak are other values",
+                    "can be left out: the curve then gives it; check that the value is neither rms nor \
+                     peak to peak",
                 )]
             }
             Warning::ReferenceGain { .. } => {
                 vec![Hint::new("drive_amplitude", "gives that of this curve")]
             }
             Warning::ScatteredErrors { .. } => {
-                vec![Hint::advice("errors pooled over neighbouring points are surer")]
+                vec![Hint::advice("errors pooled over neighbouring points are more reliable")]
             }
             Warning::DriveReadback { .. } => {
                 vec![Hint::new("drive", "takes it as constant").with("none")]
             }
             Warning::FewLevels { .. } => {
-                vec![Hint::advice("errors of the levels, or more levels, make it surer")]
+                vec![Hint::advice("standard errors of the levels, or more levels, make it more reliable")]
             }
             Warning::AboveZero { .. } => {
-                vec![Hint::advice("levels down to no drive show what is read at rest")]
+                vec![Hint::advice("levels down to zero drive show what is read at rest")]
             }
             Warning::ThresholdExtrapolated { .. } => vec![Hint::advice("lower levels would show it")],
             Warning::DriveUncalibrated => {

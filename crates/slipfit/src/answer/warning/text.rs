@@ -22,7 +22,7 @@ fn multiple(ratio: f64) -> String {
 
 /// A relative bias; of what grows without limit there is none to tell.
 fn bias(relative: f64) -> String {
-    if relative.is_finite() { format!("by {}", signed_percent(relative)) } else { "beyond any limit".into() }
+    if relative.is_finite() { format!("by {}", signed_percent(relative)) } else { "without limit".into() }
 }
 
 /// A value with its error, as the report has it.
@@ -60,27 +60,29 @@ impl fmt::Display for Warning {
             }
             Warning::SeveralModes { main_hz, other_hz, relative_amplitude } => write!(
                 f,
-                "more than one mode: {} Hz and {} Hz ({} as strong)",
+                "more than one mode: {} Hz and {} Hz (relative amplitude {})",
                 figures(*main_hz, 5),
                 figures(*other_hz, 5),
                 percent(*relative_amplitude)
             ),
             Warning::SecondMode { main_hz, other_hz, relative_amplitude } => write!(
                 f,
-                "beside the mode at {} Hz a second one at {} Hz ({} as strong) was fitted and subtracted",
+                "the record contains a mode at {} Hz and a second one at {} Hz (relative amplitude {}): \
+                 the second was fitted and subtracted",
                 figures(*main_hz, 5),
                 figures(*other_hz, 5),
                 percent(*relative_amplitude)
             ),
             Warning::ModelMisfit { ratio, misfit: None } => write!(
                 f,
-                "residuals are {} times the noise: the law holds only roughly; intervals are widened",
+                "residuals are {} times the noise: the loss law holds only approximately; intervals are \
+                 widened",
                 multiple(*ratio)
             ),
             Warning::ModelMisfit { ratio, misfit: Some(found) } => write!(
                 f,
-                "the amplitude keeps to the law within {} ({} at most, at {} s), {} times the noise: {}; intervals are \
-                 widened",
+                "the amplitude deviates from the loss law by {} rms ({} at most, at {} s), {} times the \
+                 noise: {}; intervals are widened",
                 percent(found.relative_rms),
                 percent(found.largest),
                 figures(found.largest_at_s, 4),
@@ -89,49 +91,51 @@ impl fmt::Display for Warning {
             ),
             Warning::FurtherLaw { model, delta_bic, ratio } => write!(
                 f,
-                "{model}, with a loss whose shape is fitted, describes the decay better (BIC lower by {delta_bic:.0}) \
-                 and leaves {ratio:.1} times the noise"
+                "{model}, in which the shape of a loss is fitted, describes the decay better (BIC lower \
+                 by {delta_bic:.0}); its residuals are {ratio:.1} times the noise"
             ),
             Warning::NoFreeLaw { amplitudes, needed } => write!(
                 f,
-                "no law without a model: it takes {needed} amplitudes of a falling oscillation, there are \
-                 {amplitudes}"
+                "the loss law could not be determined without a model: it needs {needed} amplitudes of a \
+                 falling oscillation, and there are {amplitudes}"
             ),
             Warning::LawChanges { time_s } => {
                 write!(f, "the loss follows another law from {} s on", figures(*time_s, 4))
             }
             Warning::SlowTail { amplitude, time_s, unit } => write!(
                 f,
-                "from {} s on, below {}, the decay is slower than any sliding law gives (pre-sliding) and \
-                 was left out",
+                "from {} s on, below {}, the decay is slower than any law of sliding friction predicts \
+                 (pre-sliding) and was left out",
                 figures(*time_s, 4),
                 plain(*amplitude, 2, unit)
             ),
             Warning::Baseline { relative } => write!(
                 f,
-                "the level about which the motion swings wanders along a curve, by {} % of the amplitude: it was \
-                 subtracted",
+                "the mean level of the signal drifts along a curve, by {} % of the amplitude: the drift \
+                 was subtracted",
                 figures(100.0 * relative, 2)
             ),
             Warning::SensorCurve { relative } => write!(
                 f,
-                "the reading bends with the deflection, by {} % of the first amplitude: amplitude, x_F and fit are those \
-                 of the straightened reading",
+                "the reading is a nonlinear function of the deflection, by {} % at the first amplitude: \
+                 amplitude, x_F and fit are those of the linearised reading",
                 figures(100.0 * relative, 2)
             ),
             Warning::SquaredReading { along_pendulum: true } => f.write_str(
-                "the level of the acceleration follows its amplitude, as along a pendulum, where gravity and centripetal \
-                 acceleration oscillate at twice the frequency of the swing, as its square: frequency, delta and x_F are \
-                 not those of the swing",
+                "the mean level of the acceleration follows its amplitude, as it does along a pendulum: \
+                 gravity and centripetal acceleration vary there as the square of the deflection, at twice \
+                 the frequency of the swing. Frequency, delta and x_F are not those of the swing",
             ),
             Warning::SquaredReading { along_pendulum: false } => f.write_str(
-                "the level follows the amplitude, as in the square of a deflection, a light power for one: frequency, delta \
-                 and x_F are not those of the deflection then",
+                "the mean level follows the amplitude, as in a signal that is the square of the \
+                 deflection, for example a light power: frequency, delta and x_F are then not those of the \
+                 deflection",
             ),
             Warning::TurningGravity => f.write_str(
-                "gravity is in the acceleration and turns with the pendulum: across it, at the distance r from the pivot, \
-                 the part 1 - r/L of it is left, L = g/omega^2. Frequency, delta and share of sliding are those of the \
-                 swing, amplitude and x_F are not",
+                "the acceleration includes gravity, which turns with the pendulum: a sensor across the \
+                 pendulum, at the distance r from the pivot, reads the part 1 - r/L of gravity, with L = \
+                 g/omega^2. Frequency, delta and share of sliding friction are those of the swing; \
+                 amplitude and x_F are not",
             ),
             Warning::OtherMotion { from_s, to_s } => write!(
                 f,
@@ -143,7 +147,7 @@ impl fmt::Display for Warning {
                 let (verb, first) = if *samples == 1 { ("was", "") } else { ("were", "the first ") };
                 let counted = counted(*samples, "sample");
                 let time = figures(*time_s, 4);
-                write!(f, "{counted} far off the neighbours {verb} left out, {first}at {time} s")
+                write!(f, "{counted} far from the neighbouring values {verb} left out, {first}at {time} s")
             }
             Warning::Clipped { samples, inside } => {
                 let place = if *inside { "some inside" } else { "all outside" };
@@ -163,22 +167,24 @@ impl fmt::Display for Warning {
             }
             Warning::LossyCompression { share } => write!(
                 f,
-                "the recording went through a lossy compression, which leaves out what is weak beside the loudest: \
-                 that may be all of the {} % that sliding friction has of the loss",
+                "the recording was compressed with loss, which removes weak signals next to the loudest: \
+                 this alone may account for the {} % of the loss that is attributed to sliding friction",
                 figures(100.0 * share, 2)
             ),
             Warning::ClockRebuilt { burst_samples, quantum_s, rate_error } => {
                 match (burst_samples, quantum_s) {
                     (Some(samples), _) => write!(
                         f,
-                        "one stamp stands for bursts of {samples} samples: their times were put evenly between the stamps"
+                        "each time stamp covers a burst of {samples} samples: the samples were spaced \
+                         evenly between the stamps"
                     )?,
                     (None, Some(quantum)) => write!(
                         f,
-                        "the stamps are rounded to {} s: the even clock they are roundings of took their place",
+                        "the time stamps are rounded to {} s: they were replaced by the uniform clock \
+                         that they round",
                         figures(*quantum, 2)
                     )?,
-                    (None, None) => write!(f, "the clock was rebuilt from the stamps")?,
+                    (None, None) => write!(f, "the clock was rebuilt from the time stamps")?,
                 }
                 if *rate_error > 0.0 {
                     write!(f, "; its rate, and with it the frequency, is known to {} %", figures(100.0 * rate_error, 1))?;
@@ -187,61 +193,65 @@ impl fmt::Display for Warning {
             }
             Warning::CoarseSampling { samples_per_cycle } => write!(
                 f,
-                "{samples_per_cycle:.1} samples a cycle: the frequency may be an alias; the loss is not affected"
+                "{samples_per_cycle:.1} samples per cycle: the frequency may be an alias; the loss is not \
+                 affected"
             ),
             Warning::LowQDerivative { quality_factor } => write!(
                 f,
-                "a velocity or acceleration of quality factor {quality_factor:.0}, described by its amplitudes alone: \
-                 frequency, delta and x_F may be off by more than their errors"
+                "a velocity or acceleration at a quality factor of {quality_factor:.0} was described by \
+                 its amplitudes alone: frequency, delta and x_F may be off by more than their errors"
             ),
             Warning::Disturbance { time_s } => {
                 write!(f, "a disturbance at {} s ends the usable decay", figures(*time_s, 4))
             }
             Warning::PhaseStep { time_s, radians } => write!(
                 f,
-                "the phase steps by {} rad at {} s, as after a knock, which changes the amplitude as well: losses may \
-                 be off by more than their errors",
+                "the phase jumps by {} rad at {} s, as after a knock; a knock changes the amplitude as \
+                 well, so that losses may be off by more than their errors",
                 figures(*radians, 2),
                 figures(*time_s, 4)
             ),
             Warning::Harmonics { order, relative_amplitude } => write!(
                 f,
-                "the waveform is not sinusoidal: harmonic {order} is {:.0} % of the motion; the fundamental is \
-                 fitted (a nonlinear sensor, a stop that is hit, a hardening spring?)",
+                "the waveform is not sinusoidal: harmonic {order} is {:.0} % of the motion; only the \
+                 fundamental was fitted (possible causes: nonlinear sensor, end stop, hardening spring)",
                 relative_amplitude * 100.0
             ),
             Warning::FrequencyDrift { relative } => write!(
                 f,
-                "the frequency drifts by {} % along the decay, more than it depends on the amplitude: a second mode nearby, \
-                 a plane of swing that turns, play in the sensor or a disturbance, by which losses may be off as well",
+                "the frequency drifts by {} % along the decay, more than its dependence on the amplitude \
+                 explains: a second mode nearby, a plane of swing that turns, play in the sensor or a \
+                 disturbance may be the cause, and losses may be off as well",
                 figures(100.0 * relative, 2)
             ),
             Warning::Play { relative_amplitude } => write!(
                 f,
-                "a third harmonic of {} % of the first amplitude lags and stays while the amplitude falls, as of play or hysteresis \
-                 between motion and sensor, or of a friction that is not constant: frequency, delta and x_F may be off by it",
+                "a third harmonic of {} % of the first amplitude lags in phase and stays constant while \
+                 the amplitude falls, as with play or hysteresis between motion and sensor, or with \
+                 friction that is not constant: frequency, delta and x_F may be off",
                 figures(100.0 * relative_amplitude, 2)
             ),
             Warning::FrequencyUnknown => {
-                f.write_str("the record holds amplitudes only: sliding friction is given as a rate of loss")
+                f.write_str("the record holds only amplitudes, without a frequency: sliding friction is \
+                             given as a loss rate")
             }
             Warning::Undetermined { parameter } => write!(f, "the data do not determine {parameter}"),
             Warning::ShapeAlone { friction_ratio: [low, high] } => write!(
                 f,
-                "the drive amplitude comes from the shape alone, which leaves a friction ratio between {low:.2} and \
-                 {high:.2} (95 %)"
+                "the drive amplitude was inferred from the shape of the curve alone: the friction ratio \
+                 lies between {low:.2} and {high:.2} (95 %)"
             ),
             Warning::PhaseSign => f.write_str(
                 "the phases rise through the resonance (convention e^(-i omega t)) and were conjugated",
             ),
             Warning::PhasesIgnored => f.write_str(
-                "the phases fit no resonance (folded, or of another quantity) while the amplitudes do; only \
-                 amplitudes were used",
+                "the amplitudes fit a resonance but the phases do not (they may be folded, or belong to \
+                 another quantity); only the amplitudes were used",
             ),
             Warning::Jump { frequency_hz, hysteresis } => write!(
                 f,
-                "the amplitude jumps at {frequency_hz:.6} Hz{}: not a single-valued curve",
-                if *hysteresis { ", at another place up than down" } else { "" }
+                "the amplitude jumps at {frequency_hz:.6} Hz{}: the curve is not single-valued",
+                if *hysteresis { ", at different frequencies in upward and downward sweeps" } else { "" }
             ),
             Warning::SecondPeak { main_hz, other_hz, relative_height } => write!(
                 f,
@@ -250,7 +260,7 @@ impl fmt::Display for Warning {
             ),
             Warning::OneFlank { below } => write!(
                 f,
-                "every point lies {} the resonance: frequency, loss and drive trade off",
+                "every point lies {} the resonance: frequency, loss and drive trade off against each other",
                 if *below { "below" } else { "above" }
             ),
             Warning::FewPointsInLine { points } => {
@@ -258,8 +268,8 @@ impl fmt::Display for Warning {
             }
             Warning::Skewed { relative_shift, line_widths } => write!(
                 f,
-                "the peak is skewed: a Duffing term shifts the frequency by {} line widths ({} of it) at the highest \
-                 amplitude",
+                "the peak is skewed: a Duffing term shifts the frequency by {} line widths (relative \
+                 shift {}) at the highest amplitude",
                 powers(*line_widths, 2),
                 powers(*relative_shift, 2)
             ),
@@ -275,14 +285,14 @@ impl fmt::Display for Warning {
             ),
             Warning::AmplitudeOffset { relative } => write!(
                 f,
-                "a constant of {:.2} % of the highest amplitude was fitted to every amplitude (the zero of the \
-                 detector); phases would separate it from friction",
+                "a constant offset of {:.2} % of the highest amplitude was fitted to every amplitude \
+                 (zero offset of the detector); phases would separate it from friction",
                 100.0 * relative
             ),
             Warning::NoiseFloor { relative } => write!(
                 f,
-                "a noise floor of {:.2} % of the highest amplitude, which adds in squares, was fitted to every amplitude; \
-                 phases would separate it from friction",
+                "a noise floor of {:.2} % of the highest amplitude was fitted to every amplitude, added \
+                 in quadrature; phases would separate it from friction",
                 100.0 * relative
             ),
             Warning::RivalInstrument {
@@ -298,28 +308,32 @@ impl fmt::Display for Warning {
                 unit,
             } => {
                 let terms = match (duffing, background, delay) {
-                    _ if *drag => "drag in the place of terms of the instrument explains",
+                    _ if *drag => "drag instead of the fitted terms of the instrument explains",
                     _ if *other_minimum => "another background or delay explains",
                     (Some(true), ..) => "a frequency that shifts with the amplitude (Duffing) explains",
                     (Some(false), ..) => "a frequency that does not shift with the amplitude explains",
-                    _ if *offset == Some(true) => "a constant in every amplitude (the zero of the detector) explains",
-                    _ if *floor == Some(true) => "a noise floor that adds to every amplitude in squares explains",
+                    _ if *offset == Some(true) => "a constant offset of every amplitude (zero offset of \
+                                                   the detector) explains",
+                    _ if *floor == Some(true) => "a noise floor added in quadrature to every amplitude \
+                                                  explains",
                     (None, true, true) => "a background and a delay explain",
                     (None, true, false) => "a background explains",
                     (None, false, true) => "a delay without a background explains",
-                    (None, false, false) => "no term of the instrument explains",
+                    (None, false, false) => "a model without terms of the instrument explains",
                 };
                 write!(
                     f,
-                    "{terms} the curve as well (BIC differs by {:.1}), with x_F = {}; the intervals count it",
+                    "{terms} the curve as well (BIC differs by {:.1}), with x_F = {}; the intervals allow \
+                     for it",
                     delta_bic.abs(),
                     with_error(*friction_displacement, unit)
                 )
             }
             Warning::NoViscousLoss { model } => write!(
                 f,
-                "by {model} the curve has no viscous loss at all, which hardly any resonator lacks: a detector that is cut off \
-                 or saturates flattens the peak alike, and its losses are then wrong"
+                "{model} describes the curve without any viscous loss, which is unusual for a resonator: \
+                 a detector that clips or saturates flattens the peak in the same way, and the losses are \
+                 then wrong"
             ),
             Warning::Delay { delay_s } => {
                 write!(f, "a delay of {} in the signal chain was fitted", figures::scaled(*delay_s, 3, "s"))
@@ -332,9 +346,10 @@ impl fmt::Display for Warning {
                     write!(f, "more than {MOST_ERRORS_TOLD}")?;
                 }
                 f.write_str(
-                    " standard errors below zero, and no instrument answers before its drive: the curve departs from the \
-                     model in another way, as where an acceleration passes for a displacement, or a gain, a background or \
-                     the drive changes along the sweep; its losses may be wrong",
+                    " standard errors below zero, but no response can precede its drive: the curve \
+                     deviates from the model in another way, for example because an acceleration was read \
+                     as a displacement, or because a gain, a background or the drive changes along the \
+                     sweep; the losses may be wrong",
                 )
             }
             Warning::RunsDiffer { z } => {
@@ -344,32 +359,34 @@ impl fmt::Display for Warning {
                 } else {
                     write!(f, "more than {MOST_ERRORS_TOLD}")?;
                 }
-                f.write_str(" standard errors: drift, or a sweep too fast")
+                f.write_str(" standard errors: the resonator drifts, or the sweep is too fast")
             }
             Warning::Lag { shift_hz } => {
                 write!(
                     f,
-                    "the points lag behind the frequency, as in a sweep faster than the resonator or a low-pass follows: \
-                     f₀ is off by about {} Hz; wait longer at each point, or sweep up and down",
+                    "the response lags behind the frequency, as in a sweep that is too fast for the \
+                     resonator or a low-pass filter: f₀ is off by about {} Hz; wait longer at each point, \
+                     or sweep up and down",
                     figures(*shift_hz, 2)
                 )
             }
             Warning::ReferenceDiffers { relative_frequency, decay_rate_ratio } => {
                 write!(
                     f,
-                    "the reference curve is of another resonator or setting: its frequency differs by {:.3} %, ",
+                    "the reference curve belongs to another resonator or setting: its frequency differs \
+                     by {:.3} %, ",
                     100.0 * relative_frequency
                 )?;
                 if decay_rate_ratio.is_finite() {
                     write!(f, "its decay rate is {decay_rate_ratio:.2} times the curve's")
                 } else {
-                    f.write_str("and the curve has no viscous loss to compare with its own")
+                    f.write_str("and the curve has no viscous loss to compare with that of the reference")
                 }
             }
             Warning::DriveDiffers { given, by_shape, delta_bic, friction_displacement, unit } => write!(
                 f,
-                "by its own shape the curve has x_0 = {} in place of {}, which explains it {} (BIC differs by {:.1}), with \
-                 x_F = {}",
+                "the shape of the curve alone gives x_0 = {} instead of {}, which explains it {} (BIC \
+                 differs by {:.1}), with x_F = {}",
                 with_error(*by_shape, unit),
                 plain(*given, 3, unit),
                 if *delta_bic < 0.0 { "better" } else { "as well" },
@@ -378,8 +395,9 @@ impl fmt::Display for Warning {
             ),
             Warning::ReferenceGain { ratio, delta_bic, friction_displacement, unit } => write!(
                 f,
-                "by its own shape the curve has {} times the drive of its reference, which explains both {} (BIC differs \
-                 by {:.1}), with x_F = {}: x_0 comes from the reference and holds for the same gain and drive alone",
+                "the shape of the curve alone gives {} times the drive of its reference, which explains \
+                 both curves {} (BIC differs by {:.1}), with x_F = {}: the x_0 of the reference is valid \
+                 only at the same gain and drive",
                 figures(*ratio, 3),
                 if *delta_bic < 0.0 { "better" } else { "as well" },
                 delta_bic.abs(),
@@ -412,7 +430,7 @@ impl fmt::Display for Warning {
                 write!(f, "left out: {not_finite}, {zero_frequency} at frequency zero")
             }
             Warning::SearchCut => f.write_str(
-                "the search was cut after a set amount of work: there may be a better fit, or a wider interval",
+                "the search was stopped at its limit of work: there may be a better fit, or a wider interval",
             ),
             Warning::Outliers { points } => {
                 let verb = if *points == 1 { "was" } else { "were" };
@@ -420,52 +438,54 @@ impl fmt::Display for Warning {
             }
             Warning::ScatteredErrors { scatter, no_fit } => write!(
                 f,
-                "the errors of the points scatter by {:.0} % from one to the next, as those of few repeats do, and {}: \
-                 they were set aside, and the residuals give the noise",
+                "the standard errors of the points scatter by {:.0} % from one to the next, as errors \
+                 estimated from few repeats do, and {}: they were ignored, and the noise was estimated \
+                 from the residuals",
                 100.0 * scatter,
-                if *no_fit { "with them no fit was found" } else { "the residuals do not follow them" }
+                if *no_fit { "no fit was found with them" } else { "the residuals do not follow them" }
             ),
             Warning::DriveReadback { scatter, no_fit } => write!(
                 f,
-                "the drive of the points scatters by {:.2} % and {}: its smooth course was used",
+                "the measured drive scatters by {:.2} % from point to point and {}: a smoothed drive was used",
                 100.0 * scatter,
-                if *no_fit { "with it as read no fit was found" } else { "the response does not follow it" }
+                if *no_fit { "no fit was found with the drive as read" } else { "the response does not follow it" }
             ),
             Warning::FewLevels { moving } => write!(
                 f,
-                "the line rests on {} that move: their scatter about it gives its errors to a factor at best",
+                "the line is fitted to {} that move: so few that their scatter gives its errors only roughly",
                 counted(*moving, "level")
             ),
             Warning::ThresholdExtrapolated { ratio } => write!(
                 f,
-                "every level lies above the threshold (the lowest {ratio:.1} times): it is extrapolated along the \
-                 line"
+                "every level lies above the threshold (the lowest by a factor of {ratio:.1}): the \
+                 threshold is extrapolated along the line"
             ),
             Warning::NotStraight { p_value: p, falling } => write!(
                 f,
                 "the amplitude does not rise along a straight line ({}): {}",
                 p_value(*p),
                 if *falling {
-                    "the slope falls with the drive, as drag, a detector that compresses or a detuned hardening spring make \
-                     it; slope and threshold are those of a curve at small amplitudes"
+                    "the slope falls with the drive, as with drag, a detector that compresses or a \
+                     detuned hardening spring; a curve was fitted, and slope and threshold are those at \
+                     small amplitudes"
                 } else {
-                    "the slope rises with the drive, friction may weaken with speed; slope and threshold are those of a \
-                     curve at small amplitudes"
+                    "the slope rises with the drive (friction may decrease with speed); a curve was \
+                     fitted, and slope and threshold are those at small amplitudes"
                 }
             ),
             Warning::LevelPlateau { reading, levels, in_squares, unit } => write!(
                 f,
-                "{} below the threshold {} {} instead of nothing, the zero or the noise of the detector: it was taken off \
-                 every level, {}; the errors count both ways",
+                "{} below the threshold {} {} instead of zero (zero offset or noise of the detector): \
+                 this was subtracted from every level, {}; the errors allow for both ways",
                 counted(*levels, "level"),
                 if *levels == 1 { "reads" } else { "read" },
                 plain(*reading, 3, unit),
-                if *in_squares { "in squares" } else { "as a constant" }
+                if *in_squares { "in quadrature" } else { "as a constant" }
             ),
             Warning::AboveZero { reading, p_value: p, unit } => write!(
                 f,
-                "the line through the levels reads {} without any drive ({}): the zero of the detector, or a slope that \
-                 falls, hides a threshold up to as much",
+                "the line through the levels gives {} at zero drive ({}): a zero offset of the detector, \
+                 or a slope that falls, may hide a threshold of up to this size",
                 plain(*reading, 3, unit),
                 p_value(*p)
             ),
@@ -476,8 +496,8 @@ impl fmt::Display for Warning {
             }
             Warning::Hysteresis { stuck_at, moving_at } => write!(
                 f,
-                "stuck at {stuck_at:.4e}, moving at {moving_at:.4e}: static friction above kinetic, or a level not \
-                 waited out"
+                "the mass sticks at {stuck_at:.4e} but moves at {moving_at:.4e}: static friction exceeds \
+                 kinetic friction, or a level had not settled"
             ),
             Warning::Disagree { condition, p_value: p } => {
                 write!(f, "{condition}: ring-down and resonance disagree ({})", p_value(*p))
@@ -487,22 +507,23 @@ impl fmt::Display for Warning {
                 if shared.is_empty() {
                     return write!(
                         f,
-                        "the joint fit is rejected ({p}): at one condition ring-down and resonance give different friction \
-                         or damping"
+                        "the joint fit is rejected ({p}): at the same condition ring-down and resonance \
+                         give different friction or damping"
                     );
                 }
                 let ones: Vec<String> = shared.iter().map(|p| format!("one {}", p.label())).collect();
                 write!(
                     f,
-                    "the joint fit, in which all measurements have {}, is rejected ({p}): they differ by more than their \
-                     errors and the scatter of repeats; do not share what changes between the conditions",
+                    "the joint fit, in which all measurements have {}, is rejected ({p}): they differ by \
+                     more than their errors and the scatter of repeats; do not share parameters that \
+                     change between the conditions",
                     ones.join(" and ")
                 )
             }
             Warning::Failed { name } => write!(f, "{name} could not be analysed; the others were"),
             Warning::NegativeLoad { condition, .. } => write!(
                 f,
-                "{condition} is a load below zero: it is in no law of friction against load"
+                "{condition} is a negative load: it was left out of the laws of friction against load"
             ),
             Warning::NotUsed { name, why } => write!(f, "{name} is not in the joint fit: {why}"),
         }
@@ -526,9 +547,9 @@ mod tests {
     #[test]
     fn a_lean_that_is_hardly_there_keeps_its_digits() {
         let leaning = Warning::Skewed { relative_shift: -6.62e-7, line_widths: -3.17e-3 }.to_string();
-        assert!(leaning.contains("by -3.2×10⁻³ line widths (-6.6×10⁻⁷ of it)"), "{leaning}");
+        assert!(leaning.contains("by -3.2×10⁻³ line widths (relative shift -6.6×10⁻⁷)"), "{leaning}");
         let leaning = Warning::Skewed { relative_shift: 0.012, line_widths: 0.25 }.to_string();
-        assert!(leaning.contains("by 0.25 line widths (0.012 of it)"), "{leaning}");
+        assert!(leaning.contains("by 0.25 line widths (relative shift 0.012)"), "{leaning}");
         let delay = Warning::Delay { delay_s: 5.3284e-3 }.to_string();
         assert!(delay.starts_with("a delay of 5.33 ms in"), "{delay}");
     }
@@ -536,7 +557,7 @@ mod tests {
     #[test]
     fn numbers_beyond_all_numbers_are_put_in_words() {
         let biased = Warning::PaperBias { friction: 5.67, q_factor: f64::INFINITY }.to_string();
-        assert!(biased.contains("friction by +567 %, Q beyond any limit; the exact"), "{biased}");
+        assert!(biased.contains("friction by +567 %, Q without limit; the exact"), "{biased}");
         let hardly = Warning::PaperBias { friction: -0.002, q_factor: 0.004 }.to_string();
         assert!(hardly.contains("friction by 0 %, Q by 0 %; the exact"), "{hardly}");
         let misfit = |ratio| Warning::ModelMisfit { ratio, misfit: None }.to_string();

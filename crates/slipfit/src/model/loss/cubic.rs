@@ -24,8 +24,8 @@ impl Loss for Cubic {
     const METHOD: Option<[&'static str; 3]> = Some([
         "Nonlinear damping",
         "dA/dt = −(a_0 + a_1 A + a_2 A² + a_3 A³),   a_3 = η/8   for mηx²x′",
-        "Energy lost in a cycle; the force as in Lifshitz and Cross (2008) and Eichler et al. (2011). A driven \
-         motion of amplitude R is damped by a_3 R² besides δ.",
+        "Energy lost per cycle; the force as in Lifshitz and Cross (2008) and Eichler et al. (2011). A \
+         driven motion of amplitude R is damped by a_3 R² in addition to δ.",
     ]);
     const COMPARED: bool = false;
     const FREQUENCY_POWER: i32 = 0;

@@ -26,9 +26,9 @@ impl Loss for Power {
     const LABEL: &'static str = "power-law rate";
     const SYMBOL: &'static str = "r_n";
     const UNIT: UnitRule = UnitRule::Fixed("1/s");
-    const WORDS: &'static str = "a loss by a power of the amplitude";
+    const WORDS: &'static str = "a power-law loss";
     const METHOD: Option<[&'static str; 3]> = Some([
-        "Loss by a power of the amplitude",
+        "Power-law loss",
         "dA/dt = −r A_0 (A/A_0)^n,   n = 0 sliding, 1 viscous, 2 drag",
         "The exponent is fitted with the rate; A_0 is the initial amplitude. Averaged over a cycle, as in Lazan (1968).",
     ]);

@@ -81,7 +81,7 @@ pub fn fit(omega: &[f64], amplitude: &[f64]) -> Result<LorentzianFit, Error> {
     let found = minimise(&curve, &[1.0, 1.0, 0.0], &[0, 1, 2])
         // On a curve without noise the steps end in rounding, not at a tolerance.
         .filter(|f| f.converged || f.rss < 1e-18 * omega.len() as f64)
-        .ok_or(no_fit("no Lorentzian was reached"))?;
+        .ok_or(no_fit("no Lorentzian could be fitted"))?;
     let (g, h, omega_0) = curve.plain(&found.parameters);
     Ok(LorentzianFit {
         effective_drive: g * h,

@@ -200,7 +200,7 @@ impl PeriodicOrbit {
         let why = if sought.repeats_later(start, options.max_cycles)? {
             "the motion settled to one that repeats only after two cycles of the drive or more"
         } else {
-            "none was reached; there is no damping at resonance, or the period is another"
+            "none was found: there is no damping at resonance, or the period is a different one"
         };
         Err(Error::DoesNotHold { method: "a motion that repeats with the drive", why })
     }

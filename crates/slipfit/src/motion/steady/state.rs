@@ -119,7 +119,7 @@ impl SteadyState {
             Method::Exact => {
                 let closed = ClosedForm::new(oscillator, drive).filter(ClosedForm::holds);
                 Shape::Closed(closed.ok_or(Error::DoesNotHold {
-                    method: "the closed form with two turns a cycle",
+                    method: "the closed form with two turns per cycle",
                     why: "the mass stops on the way, or does not move; use Method::WithStops",
                 })?)
             }

@@ -155,7 +155,7 @@ pub fn fit_amplitudes(sampling: Sampling<'_>, amplitude: &[f64]) -> Result<Ampli
     let moved = |p: &[f64; 3], step: &[f64; 3]| [p[0] + step[0], p[1] + step[1], p[2] + step[2]];
     let found = minimise_to(REMAINS, start, n as f64, power, sums, moved)
         .filter(|found| found.best.iter().all(|v| v.is_finite()))
-        .ok_or(Error::NoFit { reason: "the trace does not tell a decay rate from a sliding rate" })?;
+        .ok_or(Error::NoFit { reason: "the trace does not distinguish a decay rate from a sliding rate" })?;
     let [initial, slope, rate] = found.best;
     // a0 = s - delta A_0.
     let rows = [[1.0, 0.0, 0.0], [-rate, 1.0, -initial], [0.0, 0.0, 1.0]];

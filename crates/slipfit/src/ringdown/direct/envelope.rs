@@ -117,7 +117,7 @@ pub fn fit_envelope(time_s: &[f64], amplitude: &[f64], start: &EnvelopeStart) ->
         .or_else(|| fit(at))
         // Of a trace without a bend the height is rounding, which leaves the rate where the search began.
         .filter(|f| f.best[0].powi(2) > f.inverse[0][0] * ROUNDING * power / n as f64)
-        .ok_or(Error::NoFit { reason: "the trace does not tell a decay rate from an offset" })?;
+        .ok_or(Error::NoFit { reason: "the trace does not distinguish a decay rate from an offset" })?;
     let [height, level, rate] = found.best;
     // A_0 = b + c, C = -c.
     let v = &found.inverse;

@@ -161,7 +161,7 @@ pub fn fit_waveform(time_s: &[f64], signal: &[f64], start: &Decay) -> Result<Dec
     } else if let Some((fit, stopping)) = found.and_then(|f| Some((f, may_stop(&f, duration, n)?))) {
         found = last_turn::beside(&samples, &stopping, fit);
     }
-    let found = found.ok_or(Error::NoFit { reason: "the samples do not tell six parameters apart" })?;
+    let found = found.ok_or(Error::NoFit { reason: "the samples do not determine all six parameters" })?;
     let (mut error, correlation) = spread(&found.inverse, found.rss / (n - 6) as f64);
     error[4] = error[4].abs();
     Ok(DecayFit {

@@ -64,7 +64,7 @@ pub(crate) fn of_amplitudes(
     Ok(limited(window, amplitudes, options))
 }
 
-const NOTHING_FALLS: &str = "the amplitude nowhere falls out of the noise";
+const NOTHING_FALLS: &str = "no falling amplitude stands out of the noise";
 
 /// Whether the last third of the record swings clearly wider than the first.
 fn grows(blocks: &[Block], criteria: &BlockCriteria) -> bool {
