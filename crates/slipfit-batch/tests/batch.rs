@@ -177,7 +177,7 @@ fn the_answer_to_a_row_does_not_depend_on_its_neighbours() {
             ("done", ""),
             (
                 "failed",
-                "no loss model could be fitted: the trace does not tell a decay rate from a sliding rate"
+                "no loss model could be fitted: the trace does not distinguish a decay rate from a sliding rate"
             ),
             ("failed", "the trace is null"),
             ("warned", "negative_damping"),

@@ -61,7 +61,7 @@ pub enum ReadProblem {
     #[error("this is {}, which is not read yet", .0.name())]
     Unsupported(Format),
     /// A file that breaks the rules of its format.
-    #[error("this begins like {} but is not a valid one: {reason}", .format.name())]
+    #[error("this begins like {} but is malformed: {reason}", .format.name())]
     Broken {
         /// The format.
         format: Format,
@@ -450,10 +450,7 @@ impl ReadProblem {
                 "takes the clock's rate: 60MHz for an MFLI, 210MHz for an HF2LI, 1.8GHz for a UHFLI",
             )],
             Self::TimeBackwards { .. } | Self::Data(slipfit::Error::TimeStandsStill { .. }) => {
-                vec![
-                    Hint::new("time", "names another column"),
-                    Hint::new("rate_hz", "replaces these times"),
-                ]
+                vec![Hint::new("time", "names another column"), Hint::new("rate_hz", "replaces these times")]
             }
             Self::Data(slipfit::Error::Parameter { name: "rate_hz", .. }) => {
                 vec![Hint::new("rate_hz", "takes a positive number of samples per second")]

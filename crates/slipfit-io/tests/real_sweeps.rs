@@ -59,7 +59,7 @@ fn real_raw_runs_become_the_curve_made_of_them_by_hand() {
     assert_eq!((raw.curve.len(), raw.curve.unit(), raw.report.files_left_out), (13, "rad", 0));
     let why = |what: &str| raw.report.column(what).unwrap().why.clone();
     assert_eq!(why("response"), "column 4 `Weg &b_A1 / rad`: named like a position");
-    assert_eq!(why("drive"), "column 3 `Spannung U_B1 / V`: a measured signal beside the response");
+    assert_eq!(why("drive"), "column 3 `Spannung U_B1 / V`: a measured signal next to the response");
     let slipfit::resonance::Response::Complex(hand) = by_hand.response() else { panic!() };
     let slipfit::resonance::Response::Complex(ours) = raw.curve.response() else { panic!() };
     for (i, run) in raw.report.records.iter().enumerate() {

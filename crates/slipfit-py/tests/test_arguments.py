@@ -378,10 +378,10 @@ def test_times_in_disorder_name_what_helps_here():
     disorder = np.random.default_rng(2).permutation(TIME)
     with pytest.raises(slipfit.OptionError) as raised:
         slipfit.ringdown(disorder, NOISE)
-    assert str(raised.value).endswith("hint: rate_hz in place of these times")
+    assert str(raised.value).endswith("hint: rate_hz replaces these times")
     # As the hint says.
     assert failed("ringdown", {"signal": SWING.signal, "rate_hz": 50.0}) is None
-    with pytest.raises(slipfit.ReadError, match="hint: time names another column; rate_hz in place of these times"):
+    with pytest.raises(slipfit.ReadError, match="hint: time names another column; rate_hz replaces these times"):
         slipfit.read(BACK)
 
 

@@ -461,7 +461,7 @@ def test_options_out_of_range_are_refused_at_once():
         ({"start_s": 5, "end_s": 3}, "end_s = 3 is outside times after start_s"),
         ({"start_s": np.nan}, "start_s = NaN is outside finite times"),
         ({"lockin_order": 9, "lockin_time_constant_s": 1}, "lockin_order = 9 is outside 1 to 8"),
-        ({"band_hz": (-3, 1)}, "no rising pair"),
+        ({"band_hz": (-3, 1)}, "not a rising pair"),
     ):
         with pytest.raises(slipfit.OptionError, match=words):
             slipfit.fit_batch(np.ones((2, 9)), signal="a", dt=1, method="analyse", **options)

@@ -96,8 +96,8 @@ fn check_used(reading: &Reading, options: &ringdown::Options, chosen: &Options) 
     let has_sheet = chosen.of(Analysis::Ringdown).any(|(name, _)| name == "sheet");
     if has_sheet && reading.report.format == Format::Text {
         return Err(Refusal::new(
-            "sheet: a text file has no sheets; part chooses one of several tables side by side, run one \
-             of several runs",
+            "sheet: a text file has no sheets; part chooses one of several tables side by side, run one of \
+             several runs",
         ));
     }
     Ok(())

@@ -102,7 +102,9 @@ pub enum Error {
         forward: usize,
     },
     /// A band that does not rise.
-    #[error("band_hz = {low_hz} {high_hz} is not a rising pair of frequencies: the lower one must come first")]
+    #[error(
+        "band_hz = {low_hz} {high_hz} is not a rising pair of frequencies: the lower one must come first"
+    )]
     Band {
         /// The first frequency given (Hz).
         low_hz: f64,

@@ -133,7 +133,7 @@ fn a_clock_that_halts_or_few_samples_a_cycle_keep_every_row() {
     let (averaging, _, x) = averaged(&time_s, &signal, 100, None);
     // 200 rows a cycle: three times a half leaves 25.
     assert_eq!((averaging.factor(), x.len()), (8, 500));
-    assert!(averaging.stopped().unwrap().contains("too few samples a cycle"));
+    assert!(averaging.stopped().unwrap().contains("too few samples per cycle"));
     time_s.iter_mut().skip(50).for_each(|t| *t += 1.0);
     let (averaging, _, x) = averaged(&time_s, &signal, 100, None);
     assert_eq!((averaging.factor(), x.len()), (1, 4000));

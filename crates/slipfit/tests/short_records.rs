@@ -61,6 +61,6 @@ fn a_part_outside_of_the_record_is_called_that() {
         let mut options = ringdown::Options::default();
         (options.start_s, options.end_s) = (start_s, end_s);
         let error = ringdown::analyse(&record, &options).unwrap_err().to_string();
-        assert!(error.ends_with("the record goes from 0 s to 99 s"), "{error}");
+        assert!(error.ends_with("the record extends from 0 s to 99 s"), "{error}");
     }
 }

@@ -382,7 +382,7 @@ mod tests {
         near("5 mN m/rad".parse::<TorsionStiffness>().unwrap().0, 0.005, 0.0);
         near("30 g cm^2".parse::<Inertia>().unwrap().0, 3e-6, 0.0);
         let refused = "200 mm".parse::<Mass>().unwrap_err();
-        assert_eq!(refused, "mm is no unit that is known here; it is taken in kg");
+        assert_eq!(refused, "mm is not a known unit; it is taken in kg");
         assert!("g".parse::<Mass>().is_err());
     }
 

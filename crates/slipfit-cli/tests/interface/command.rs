@@ -145,7 +145,7 @@ fn a_picture_needs_a_known_ending() {
         .unwrap();
     assert_eq!(output.status.code(), Some(2));
     insta::assert_snapshot!(String::from_utf8(output.stderr).unwrap(), @r"
-    error: --plot a.pdf: no picture format is known by that ending
+    error: --plot a.pdf: no known picture format has that ending
       hint: name the file .svg or .png
     ");
 }
@@ -348,7 +348,7 @@ fn a_number_with_a_sign_is_refused_for_its_value() {
     {
         let output = slipfit().arg(command).arg(example(file)).args(["--band", "5", "1"]).output().unwrap();
         let said = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(said, "error: --band 5 1: the lower frequency comes first\n");
+        assert_eq!(said, "error: --band 5 1: the lower frequency must come first\n");
     }
 }
 
@@ -408,7 +408,7 @@ fn runs_one_after_the_other_are_chosen_by_number() {
     );
     let told = stdout(slipfit().current_dir(folder.path()).args(["inspect", "runs.csv"]));
     let told = told.split_whitespace().collect::<Vec<_>>().join(" ");
-    let note = "3 runs stand one after the other; number 1, the longest, was read; --run reads another";
+    let note = "3 runs follow one another; number 1, the longest, was read; --run reads another";
     assert!(told.contains(note), "{told}");
 }
 
@@ -483,9 +483,9 @@ fn a_flag_that_would_change_nothing_is_refused() {
     };
     let folder = folder_with("swing.csv", &table("t (s),angle (rad)", rows));
     for (flags, word) in [
-        (["--min-amplitude", "5"], "the decay begins at"),
+        (["--min-amplitude", "5"], "the decay already begins at"),
         (["--frequency-hz", "7"], "only for a record of amplitudes"),
-        (["--sheet", "foo"], "a text has no sheets"),
+        (["--sheet", "foo"], "a text file has no sheets"),
         (["--torsion-stiffness", "-3"], "must be above zero"),
         (["--table", "nowhere/table.csv"], "there is no folder nowhere"),
     ] {

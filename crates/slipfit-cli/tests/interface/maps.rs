@@ -238,7 +238,7 @@ fn broken_stores_are_refused_and_missing_chunks_are_what_they_stand_for() {
             slipfit().arg("map").arg(&copy).args(["--dt", "0.02", "--axis", "0", "-q"]).output().unwrap();
         assert!(matches!(output.status.code(), Some(0 | 2)), "{at}: {output:?}");
     }
-    assert!(refusal(&stack("blosc.zarr"), "--dt 0.02 --data ../stack.zarr").contains("no path"));
+    assert!(refusal(&stack("blosc.zarr"), "--dt 0.02 --data ../stack.zarr").contains("not a path"));
     assert!(refusal(&stack("blosc.zarr"), "--dt 0.02 --data scan/nothing").contains("no array"));
     assert!(refusal(&stack(""), "--dt 0.02").contains("zarr"));
     let (_folder, copy) =

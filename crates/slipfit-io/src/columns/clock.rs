@@ -118,9 +118,9 @@ impl Chooser<'_> {
                     _ => {
                         match rate_hz.filter(|_| self.head.has_variables).or_else(|| self.stated_rate_hz()) {
                             Some(rate) => {
-                                let text =
-                                    format!("no column of times: the rate that the file names, {rate} Hz, \
-                                             was taken");
+                                let text = format!(
+                                    "no column of times: the rate that the file names, {rate} Hz, was taken"
+                                );
                                 self.notes.push(Note::new(text).hint("rate_hz", "says otherwise"));
                                 Ok(Time::Rate(rate))
                             }

@@ -108,7 +108,10 @@ impl Chooser<'_> {
         let kind = if of_place { self.kind_of_place(signal, file).unwrap_or(kind) } else { kind };
         let unsaid = options.kind.is_none() && signal_taken.unit.is_empty() && !level;
         if unsaid && quadrature.is_none() && self.roles[signal] == Role::Unknown {
-            let text = format!("nothing says which quantity {} is: it was taken as a displacement", self.label(signal));
+            let text = format!(
+                "nothing says which quantity {} is: it was taken as a displacement",
+                self.label(signal)
+            );
             self.notes.push(Note::new(text).hint("kind", "says otherwise"));
         }
         self.note_another_unit(signal);

@@ -304,8 +304,10 @@ impl Chooser<'_> {
         let (scale, text) = match decibels {
             Some(true) => (
                 Scale::Decibel,
-                format!("{label} has no name, and a resonance fits it best as levels in dB: it was taken \
-                         as such"),
+                format!(
+                    "{label} has no name, and a resonance fits it best as levels in dB: it was taken as \
+                     such"
+                ),
             ),
             Some(false) => return Scale::Linear,
             None => (Scale::Linear, format!("{label} names no unit: its amplitudes were taken as linear")),

@@ -199,9 +199,10 @@ impl Chooser<'_> {
             best.retain(linear);
             for (square, of) in squares {
                 let (square, of) = (self.label(square), self.label(of));
-                let text =
-                    format!("{square} varies like the square of {of}, as an acceleration along a pendulum \
-                             does, and was not taken");
+                let text = format!(
+                    "{square} varies like the square of {of}, as an acceleration along a pendulum does, \
+                     and was not taken"
+                );
                 self.notes.push(Note::new(text).hint("signal", "says otherwise"));
             }
         }

@@ -118,8 +118,8 @@ impl PackedSound {
         if head.lossy {
             head.notes.push(
                 format!(
-                    "the sound was compressed with loss ({codec}): weak signals next to the loudest may \
-                     be missing"
+                    "the sound was compressed with loss ({codec}): weak signals next to the loudest may be \
+                     missing"
                 )
                 .into(),
             );

@@ -207,7 +207,10 @@ impl Chooser<'_> {
         let written = given.unwrap_or(&picked.unit).trim().to_owned();
         let linear = units::linear_unit(&written);
         if linear.is_some() {
-            let text = format!("{}: levels in {written} were converted to linear values, 10^(x/20)", self.label(index));
+            let text = format!(
+                "{}: levels in {written} were converted to linear values, 10^(x/20)",
+                self.label(index)
+            );
             self.notes.push(text.into());
         }
         picked.unit = linear.map_or(written, str::to_owned);

@@ -65,7 +65,7 @@ fn a_clock_that_passes_midnight_goes_on() {
         format!("{h:02}:{m:02}:{s:02}.{ms:03},{:.1}", x(k))
     });
     let reading = swing(text.as_bytes());
-    assert!(notes(&reading).contains("begin again at midnight"), "{}", notes(&reading));
+    assert!(notes(&reading).contains("restart at midnight"), "{}", notes(&reading));
 }
 
 #[test]
@@ -106,10 +106,10 @@ fn a_time_in_a_unit_of_something_else_is_told() {
     for unit in ["mV", "rad"] {
         let reading = swing(plain(&format!("time ({unit});x (mm)")).as_bytes());
         let told = notes(&reading);
-        assert!(told.contains(&format!("{unit} is no unit of time: seconds were taken")), "{told}");
+        assert!(told.contains(&format!("{unit} is not a unit of time: seconds were taken")), "{told}");
     }
     let reading = swing(plain("time (s);x (mm)").as_bytes());
-    assert!(!notes(&reading).contains("no unit of time"));
+    assert!(!notes(&reading).contains("not a unit of time"));
 }
 
 /// The rows of the swing without their times.
@@ -271,7 +271,7 @@ fn times_in_samples_need_a_rate_and_an_unknown_unit_is_told() {
     let named = format!("# fs = {} Hz\n{}", 1.0 / STEP_S, by_number("Time (samples),x"));
     assert_eq!(time_unit(&swing(named.as_bytes())), "samples");
     let told = notes(&read(&by_number("Time (lustrum),x")).unwrap());
-    assert!(told.contains("lustrum is no unit that is known"), "{told}");
+    assert!(told.contains("lustrum is not a known unit"), "{told}");
     for (unit, per_second) in
         [("msec.", 1e3), ("ミリ秒", 1e3), ("Sec/100", 100.0), (r"\si{\ms}", 1e3), (r"$\mu$s", 1e6)]
     {

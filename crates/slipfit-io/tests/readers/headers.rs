@@ -142,7 +142,7 @@ fn values_wrapped_over_several_columns_are_one_signal() {
         for k in 0..n {
             assert!((record.signal()[k] - swing(k).1).abs() < 1e-9, "{header}: value {k}");
         }
-        let said = format!("{n} values, as the header states, stand in");
+        let said = format!("the {n} values that the header states stand in");
         assert!(notes(&reading).contains(&said), "{}", notes(&reading));
     }
     // As many rows as the header states are rows.

@@ -137,7 +137,7 @@ fn impedances_and_admittances_of_modulus_and_angle_are_those_of_two_parts() {
     }
     let alone = read("f (Hz),|Z| (Ohm)\n9,100\n10,5\n11,100\n");
     close(&amplitudes(&alone), &[0.01 / (TAU * 9.0), 0.2 / (TAU * 10.0), 0.01 / (TAU * 11.0)], "|Z|");
-    assert!(said(&alone).contains("phases beside the amplitudes"), "{}", said(&alone));
+    assert!(said(&alone).contains("phases in addition to the amplitudes"), "{}", said(&alone));
     let refused = with("f (Hz),|Z| (Ohm)\n9,100\n10,-5\n11,100\n", &ReadOptions::default()).unwrap_err();
     assert!(refused.to_string().contains("row 3"), "{refused}");
 }

@@ -126,11 +126,11 @@ fn values_beside_the_first_rows_take_no_header_and_no_row() {
         for bytes in [xlsx(&rows, 0), ods(&rows)] {
             let (reading, notes) = whole(&bytes, what);
             assert_eq!((reading.record.kind(), reading.record.unit()), (SignalKind::Acceleration, "m/s^2"));
-            assert!(notes.contains("beside the table and were left out of it"), "{what}: {notes}");
+            assert!(notes.contains("next to the table: "), "{what}: {notes}");
         }
     }
     let (reading, notes) = whole(&xlsx(&cells(in_ms, 20.0, [0, 0], &statistics), 0), "notes");
-    assert!(notes.contains("4 cells, D2 to E3, stand beside the table"), "{notes}");
+    assert!(notes.contains("left out 4 cells, D2 to E3, next to the table"), "{notes}");
     assert!(notes.contains("`Mean 0.5`, `Std 0.1`"), "{notes}");
     let named =
         |name: &str| reading.report.named_values.iter().find(|(n, _)| n == name).map(|(_, v)| v.as_str());

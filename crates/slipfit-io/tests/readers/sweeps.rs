@@ -244,7 +244,7 @@ fn a_quartz_is_read_by_its_admittance() {
     let alone = read("f (MHz),Rs (Ohm)\n9,1\n10,100\n11,4\n");
     let a = amplitudes(&alone);
     assert!((a[2] / a[1] - 0.2 * 10.0 / 11.0).abs() < 1e-12);
-    assert!(alone.report.notes.iter().any(|n| n.text.contains("stands alone")));
+    assert!(alone.report.notes.iter().any(|n| n.text.contains("is given without its other part")));
 }
 
 #[test]

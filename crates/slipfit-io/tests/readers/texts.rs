@@ -285,7 +285,7 @@ fn decimal_commas_between_commas_are_read_or_refused() {
     let comma = |k: usize| format!("{:.2},{:.1}", k as f64 * STEP_S, x(k)).replace('.', ",");
     let text = table("t,x", comma);
     let reading = swing(text.as_bytes());
-    assert!(notes(&reading).contains("decimal marks too"), "{}", notes(&reading));
+    assert!(notes(&reading).contains("and decimal marks"), "{}", notes(&reading));
     swing((0..ROWS).map(|k| comma(k) + "\n").collect::<String>().as_bytes());
     let three = |k: usize| comma(k) + &format!(",{:.2}", k as f64 / 100.0).replace('.', ",");
     swing(table("t,x,n", three).as_bytes());
@@ -293,7 +293,7 @@ fn decimal_commas_between_commas_are_read_or_refused() {
     let trimmed = |k: usize| format!("{},{}", k as f64 * STEP_S, x(k)).replace('.', ",");
     let error =
         read_from(table("t,x", trimmed).as_bytes(), "swing.csv", &ReadOptions::default()).unwrap_err();
-    assert!(error.to_string().contains("which comma is which"), "{error}");
+    assert!(error.to_string().contains("the two cannot be distinguished"), "{error}");
     // Whole numbers alone are just that.
     let whole = table("t,x", |k| format!("{},{:.0},{},7", 20 * k, x(k), k % 5));
     assert_eq!(read_from(whole.as_bytes(), "swing.csv", &ReadOptions::default()).unwrap().record.len(), ROWS);
@@ -397,7 +397,7 @@ fn settings_beside_the_first_rows_leave_these_samples() {
     let row = |k: usize| format!("{},,{:019.12},{:10.5},\r\n", setting(k), k as f64 * STEP_S - 1.0, x(k));
     let reading = swing((0..ROWS).map(row).collect::<String>().as_bytes());
     assert_eq!((reading.record.unit(), time_unit(&reading), reading.report.rows_skipped()), ("V", "s", 0));
-    assert!(notes(&reading).contains("beside the first 18 rows"), "{}", notes(&reading));
+    assert!(notes(&reading).contains("next to the first 18 rows"), "{}", notes(&reading));
     assert!(reading.report.named_values.contains(&("Probe Atten".to_owned(), "1.000000e+01".to_owned())));
     // The same below a header, as people write it into a sheet.
     let row =

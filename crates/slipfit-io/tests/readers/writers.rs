@@ -113,7 +113,7 @@ fn sounds_as_phones_pack_them_are_read() {
             (reading.report.format, reading.report.time.clone()),
             (format, Some(TimeSource::Rate(8000.0)))
         );
-        let notes = reading.report.notes.iter().any(|note| note.text.contains("packed with loss"));
+        let notes = reading.report.notes.iter().any(|note| note.text.contains("compressed with loss"));
         assert_eq!(notes, !lossless, "{name}");
         assert_eq!(reading.record.is_lossily_compressed(), !lossless, "{name}");
         let signal = reading.record.signal();

@@ -53,9 +53,8 @@ const COMPARED: Step = step(
 const INTERVALS: Step = step(
     "Intervals",
     "",
-    "95 % from the profile of the sum of squares, wider for autocorrelated residuals; near a limit such \
-     as zero friction, the intervals are those of Feldman and Cousins (1998), which cover 95 % there as \
-     well.",
+    "95 % from the profile of the sum of squares, wider for autocorrelated residuals; near a limit such as \
+     zero friction, the intervals are those of Feldman and Cousins (1998), which cover 95 % there as well.",
 );
 const STEADY: Step = step(
     "Driven steady state",

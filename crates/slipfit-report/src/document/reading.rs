@@ -112,7 +112,9 @@ pub(super) fn clock(report: &ClockReport) -> Option<String> {
         said.push(format!("uniform clock rebuilt from stamps rounded to {}", plain(quantum, 2, "s")));
     }
     if let Some(samples) = report.burst_samples {
-        said.push(format!("bursts of {samples} samples under one stamp each, spaced evenly between the stamps"));
+        said.push(format!(
+            "bursts of {samples} samples under one stamp each, spaced evenly between the stamps"
+        ));
     }
     if let Some(gap) = &report.longest_gap {
         said.push(format!(

@@ -87,7 +87,9 @@ fn facts(analysed: &AnalysedCurve<'_>, spell: Spelling<'_>) -> Facts {
         1 => "; 1 point with stops in the cycle".to_owned(),
         n => format!("; {n} points with stops in the cycle"),
     };
-    facts.add("fit", format!(
+    facts.add(
+        "fit",
+        format!(
             "{method}, {drive}{level}; {} points{left}, {} within the line, over {:.1} line widths; noise \
              {}, {:.0} dB below the peak; residuals {} times those expected from noise{growing}{stops}",
             d.points,
@@ -105,8 +107,8 @@ fn facts(analysed: &AnalysedCurve<'_>, spell: Spelling<'_>) -> Facts {
         facts.add(
             "forces",
             format!(
-                "without a model, those of {} points give x_F = {}, δ = {} (chi square {:.2} per degree \
-                 of freedom{})",
+                "without a model, those of {} points give x_F = {}, δ = {} (chi square {:.2} per degree of \
+                 freedom{})",
                 line.points,
                 Rounded::new(x_f.value, x_f.std_error, &x_f.unit),
                 Rounded::new(delta.value, delta.std_error, &delta.unit),

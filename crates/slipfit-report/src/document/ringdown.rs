@@ -150,7 +150,9 @@ fn facts(analysed: &AnalysedRingdown<'_>, spell: Spelling<'_>) -> Facts {
         1.0 => String::new(),
         f => format!(" and {:.1} times that near the frequency of the motion", f.sqrt()),
     };
-    facts.add("fit", format!(
+    facts.add(
+        "fit",
+        format!(
             "of the {}; noise {}, {:.0} dB below the start{coloured}; residuals {} times those expected \
              from noise; {:.1} decay times{left_out}{at_turns}",
             d.method,

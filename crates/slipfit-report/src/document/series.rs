@@ -202,7 +202,8 @@ fn joint(facts: &mut Facts, analysed: &AnalysedSeries<'_>) {
             .map(|(symbol, relative, _)| format!("{symbol} by {}", plain(100.0 * relative, 2, "%")))
             .collect();
         if !parts.is_empty() {
-            let repeats = format!("repeats scatter beyond their errors, {}; included in the errors", parts.join(", "));
+            let repeats =
+                format!("repeats scatter beyond their errors, {}; included in the errors", parts.join(", "));
             facts.add("scatter", repeats);
         }
     }

@@ -96,7 +96,11 @@ fn conclusion(a: &Answer) -> String {
         );
     }
     if s.detected {
-        return format!("Sliding friction is present, {}, but {} does not include it.", p_value(s.p_value), a.model);
+        return format!(
+            "Sliding friction is present, {}, but {} does not include it.",
+            p_value(s.p_value),
+            a.model
+        );
     }
     let below = limit(Parameter::FRICTION_DISPLACEMENT)
         .filter(|(i, _)| i[1].is_finite() && i[1] > 0.0)

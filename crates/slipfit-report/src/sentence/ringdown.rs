@@ -28,8 +28,8 @@ pub(super) fn sentence(a: &Answer) -> String {
     }
     if let Some((second, main_hz, strength)) = second_mode(a) {
         text = format!(
-            "The record holds two modes, {} and {} (relative amplitude {}); the second was subtracted, \
-             and the following results are those of the first. ",
+            "The record holds two modes, {} and {} (relative amplitude {}); the second was subtracted, and \
+             the following results are those of the first. ",
             plain(main_hz, 4, "Hz"),
             plain(second.frequency.value, 4, "Hz"),
             percent(strength)
@@ -376,7 +376,7 @@ mod tests {
         assert_eq!(
             a.sentence(),
             "The data prefer viscous+sliding to viscous, the model asked for. Sliding friction is present, \
-             p < 1e-12, which viscous leaves out."
+             p < 1e-12, but viscous does not include it."
         );
         a.model = LossModel::VISCOUS_SLIDING;
         a.warnings = vec![Warning::ModelUndetermined {
@@ -395,8 +395,9 @@ mod tests {
         a.sliding.p_value = 1e-4;
         assert_eq!(
             a.sentence(),
-            "Viscous+drag describes the record best, without sliding friction; yet with it the decay is better \
-             described than by the same law without, p = 1e-4: whether sliding friction takes part stays undecided."
+            "Viscous+drag describes the record best and contains no sliding friction, but the same law \
+             with sliding friction describes the decay better, p = 1e-4: whether sliding friction takes \
+             part remains undecided."
         );
     }
 

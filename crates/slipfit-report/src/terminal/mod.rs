@@ -122,7 +122,7 @@ mod tests {
     fn a_fit_that_did_not_settle_is_marked() {
         let text = report(|answer| answer.comparison[2].converged = false, &[]);
         assert!(text.contains("viscous * "), "{text}");
-        assert!(text.contains("* the fit did not settle"), "{text}");
+        assert!(text.contains("* the fit did not converge"), "{text}");
     }
 
     /// Every number set by hand, so that only the layout is under test.

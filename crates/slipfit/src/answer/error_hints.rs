@@ -33,10 +33,7 @@ impl Error {
             Self::NoSuchRun { .. } => vec![Hint::new("run", "counts from 1")],
             Self::ConstantSignal { .. } => vec![Hint::new("signal", "names another column")],
             Self::TimeBackwards { .. } | Self::TimeOutOfOrder { .. } | Self::TimeStandsStill { .. } => {
-                vec![
-                    Hint::new("time", "names another column"),
-                    Hint::new("rate_hz", "replaces these times"),
-                ]
+                vec![Hint::new("time", "names another column"), Hint::new("rate_hz", "replaces these times")]
             }
             Self::NotARingDown { .. } | Self::OutsideRecord { .. } => free_decay_by_hand(),
             Self::TooFewSamples { .. } | Self::TooFewPoints { .. } => match analysis {

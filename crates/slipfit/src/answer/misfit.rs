@@ -48,7 +48,9 @@ pub enum MisfitShape {
 impl fmt::Display for MisfitShape {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Bow => f.write_str("the residuals form a smooth arc along the decay: a loss term is missing"),
+            Self::Bow => {
+                f.write_str("the residuals form a smooth arc along the decay: a loss term is missing")
+            }
             Self::Kink { time_s } => {
                 write!(f, "the residuals have a kink at {} s: the loss changes there", figures(*time_s, 4))
             }
@@ -60,7 +62,11 @@ impl fmt::Display for MisfitShape {
                 )
             }
             Self::End { from_s } => {
-                write!(f, "only the end of the decay, from {} s on, deviates from the law", figures(*from_s, 4))
+                write!(
+                    f,
+                    "only the end of the decay, from {} s on, deviates from the law",
+                    figures(*from_s, 4)
+                )
             }
             Self::Scatter => f.write_str("the residuals scatter without a pattern: the motion is disturbed"),
         }

@@ -28,8 +28,9 @@ pub(crate) fn measure(
         })
         .map(|line| line.frequency_hz)
         .filter(|f| *f > 0.0 && f.is_finite())
-        .ok_or(Error::NoOscillation { reason: "the spectrum has no line apart from that of the record's \
-                                               length" })?;
+        .ok_or(Error::NoOscillation {
+            reason: "the spectrum has no line apart from that of the record's length",
+        })?;
     let mut whole = along_decay(samples, frequency_hz, options, criteria)?;
     whole.periodogram = periodogram;
     let Some(range) = surroundings(&whole, samples, frequency_hz, criteria.blocks.recut_factor) else {

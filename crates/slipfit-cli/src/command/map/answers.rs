@@ -105,8 +105,8 @@ impl Map<'_> {
             format!("{file}{data}[{index}]")
         };
         let mut caption =
-            "Viscous and sliding loss of each pixel. The colour scale leaves out one value in a hundred \
-             at either end; grey: no answer, or a value that the trace does not determine."
+            "Viscous and sliding loss of each pixel. The colour scale leaves out one value in a hundred at \
+             either end; grey: no answer, or a value that the trace does not determine."
                 .to_owned();
         let drawn =
             self.warned().iter().zip(&undetermined).filter(|(warned, none)| **warned && !**none).count();

@@ -34,10 +34,8 @@ pub(super) fn run(args: &DecayArgs, to: &write::Destinations) -> Result<(), Fail
         // Past the last one the iterator ends, or the record does.
         let most = args.sampling.duration / oscillator.half_period_s() + 2.0;
         if most > MOST_ROWS {
-            return Err(
-                Failure::new(format!("{most:.0} turning points asked for")).hint("--duration makes the \
-                                                                                  record shorter")
-            );
+            return Err(Failure::new(format!("{most:.0} turning points asked for"))
+                .hint("--duration makes the record shorter"));
         }
         let until_s = args.sampling.duration;
         let mut points: Box<dyn Iterator<Item = [f64; 2]>> = match motion {

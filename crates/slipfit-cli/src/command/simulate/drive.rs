@@ -102,7 +102,10 @@ fn from_file(reading: Reading) -> Result<Wave, Failure> {
     let keep: Vec<bool> = (0..samples).map(|i| i + 1 == samples || times[i] < times[i + 1]).collect();
     let doubled = keep.iter().filter(|k| !**k).count();
     if doubled > 0 {
-        warnings.push(format!("{}: {doubled} times are repeated; the later sample of each was taken", report.path));
+        warnings.push(format!(
+            "{}: {doubled} times are repeated; the later sample of each was taken",
+            report.path
+        ));
         let mut of = keep.iter();
         times.retain(|_| *of.next().unwrap_or(&true));
         let mut of = keep.iter();

@@ -158,7 +158,8 @@ fn npy(rows: &[f64], columns: usize) -> Vec<u8> {
 
 fn wav(sheet: &Sheet<'_>, rows: &[f64]) -> Result<Vec<u8>, Failure> {
     let rate_hz = sheet.even_rate_hz.ok_or_else(|| {
-        Failure::new("a sound file holds an evenly sampled waveform; this record is not one").hint("write .csv or .npy")
+        Failure::new("a sound file holds an evenly sampled waveform; this record is not one")
+            .hint("write .csv or .npy")
     })?;
     if rate_hz.fract() != 0.0 || !(1.0..=4e9).contains(&rate_hz) {
         return Err(Failure::new(format!(

@@ -91,8 +91,8 @@ impl fmt::Display for Warning {
             ),
             Warning::FurtherLaw { model, delta_bic, ratio } => write!(
                 f,
-                "{model}, in which the shape of a loss is fitted, describes the decay better (BIC lower \
-                 by {delta_bic:.0}); its residuals are {ratio:.1} times the noise"
+                "{model}, in which the shape of a loss is fitted, describes the decay better (BIC lower by \
+                 {delta_bic:.0}); its residuals are {ratio:.1} times the noise"
             ),
             Warning::NoFreeLaw { amplitudes, needed } => write!(
                 f,
@@ -180,8 +180,8 @@ impl fmt::Display for Warning {
                     )?,
                     (None, Some(quantum)) => write!(
                         f,
-                        "the time stamps are rounded to {} s: they were replaced by the uniform clock \
-                         that they round",
+                        "the time stamps are rounded to {} s: they were replaced by the uniform clock that \
+                         they round",
                         figures(*quantum, 2)
                     )?,
                     (None, None) => write!(f, "the clock was rebuilt from the time stamps")?,
@@ -268,8 +268,8 @@ impl fmt::Display for Warning {
             }
             Warning::Skewed { relative_shift, line_widths } => write!(
                 f,
-                "the peak is skewed: a Duffing term shifts the frequency by {} line widths (relative \
-                 shift {}) at the highest amplitude",
+                "the peak is skewed: a Duffing term shifts the frequency by {} line widths (relative shift \
+                 {}) at the highest amplitude",
                 powers(*line_widths, 2),
                 powers(*relative_shift, 2)
             ),
@@ -285,14 +285,14 @@ impl fmt::Display for Warning {
             ),
             Warning::AmplitudeOffset { relative } => write!(
                 f,
-                "a constant offset of {:.2} % of the highest amplitude was fitted to every amplitude \
-                 (zero offset of the detector); phases would separate it from friction",
+                "a constant offset of {:.2} % of the highest amplitude was fitted to every amplitude (zero \
+                 offset of the detector); phases would separate it from friction",
                 100.0 * relative
             ),
             Warning::NoiseFloor { relative } => write!(
                 f,
-                "a noise floor of {:.2} % of the highest amplitude was fitted to every amplitude, added \
-                 in quadrature; phases would separate it from friction",
+                "a noise floor of {:.2} % of the highest amplitude was fitted to every amplitude, added in \
+                 quadrature; phases would separate it from friction",
                 100.0 * relative
             ),
             Warning::RivalInstrument {
@@ -331,8 +331,8 @@ impl fmt::Display for Warning {
             }
             Warning::NoViscousLoss { model } => write!(
                 f,
-                "{model} describes the curve without any viscous loss, which is unusual for a resonator: \
-                 a detector that clips or saturates flattens the peak in the same way, and the losses are \
+                "{model} describes the curve without any viscous loss, which is unusual for a resonator: a \
+                 detector that clips or saturates flattens the peak in the same way, and the losses are \
                  then wrong"
             ),
             Warning::Delay { delay_s } => {
@@ -373,8 +373,8 @@ impl fmt::Display for Warning {
             Warning::ReferenceDiffers { relative_frequency, decay_rate_ratio } => {
                 write!(
                     f,
-                    "the reference curve belongs to another resonator or setting: its frequency differs \
-                     by {:.3} %, ",
+                    "the reference curve belongs to another resonator or setting: its frequency differs by \
+                     {:.3} %, ",
                     100.0 * relative_frequency
                 )?;
                 if decay_rate_ratio.is_finite() {
@@ -439,8 +439,8 @@ impl fmt::Display for Warning {
             Warning::ScatteredErrors { scatter, no_fit } => write!(
                 f,
                 "the standard errors of the points scatter by {:.0} % from one to the next, as errors \
-                 estimated from few repeats do, and {}: they were ignored, and the noise was estimated \
-                 from the residuals",
+                 estimated from few repeats do, and {}: they were ignored, and the noise was estimated from \
+                 the residuals",
                 100.0 * scatter,
                 if *no_fit { "no fit was found with them" } else { "the residuals do not follow them" }
             ),
@@ -465,9 +465,9 @@ impl fmt::Display for Warning {
                 "the amplitude does not rise along a straight line ({}): {}",
                 p_value(*p),
                 if *falling {
-                    "the slope falls with the drive, as with drag, a detector that compresses or a \
-                     detuned hardening spring; a curve was fitted, and slope and threshold are those at \
-                     small amplitudes"
+                    "the slope falls with the drive, as with drag, a detector that compresses or a detuned \
+                     hardening spring; a curve was fitted, and slope and threshold are those at small \
+                     amplitudes"
                 } else {
                     "the slope rises with the drive (friction may decrease with speed); a curve was \
                      fitted, and slope and threshold are those at small amplitudes"
@@ -475,8 +475,8 @@ impl fmt::Display for Warning {
             ),
             Warning::LevelPlateau { reading, levels, in_squares, unit } => write!(
                 f,
-                "{} below the threshold {} {} instead of zero (zero offset or noise of the detector): \
-                 this was subtracted from every level, {}; the errors allow for both ways",
+                "{} below the threshold {} {} instead of zero (zero offset or noise of the detector): this \
+                 was subtracted from every level, {}; the errors allow for both ways",
                 counted(*levels, "level"),
                 if *levels == 1 { "reads" } else { "read" },
                 plain(*reading, 3, unit),
@@ -515,8 +515,8 @@ impl fmt::Display for Warning {
                 write!(
                     f,
                     "the joint fit, in which all measurements have {}, is rejected ({p}): they differ by \
-                     more than their errors and the scatter of repeats; do not share parameters that \
-                     change between the conditions",
+                     more than their errors and the scatter of repeats; do not share parameters that change \
+                     between the conditions",
                     ones.join(" and ")
                 )
             }

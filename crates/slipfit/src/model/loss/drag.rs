@@ -16,9 +16,9 @@ impl Loss for Drag {
     const METHOD: Option<[&'static str; 3]> = Some([
         "Amplitude law with all three losses",
         "dA/dt = −(a_0 + a_1 A + a_2 A²),   a_0 = 2ωx_F/π,   a_1 = δ,   a_2 = 4cω/3πm   for drag c v|v|",
-        "Energy lost per cycle, as in eqs. (17) and (18) of the paper, which proposes the square term. \
-         Eq. (17) prints the viscous loss as (π/2)γv²; the correct expression is (π/2)γv²/ω_r, from which \
-         (18) follows.",
+        "Energy lost per cycle, as in eqs. (17) and (18) of the paper, which proposes the square term. Eq. \
+         (17) prints the viscous loss as (π/2)γv²; the correct expression is (π/2)γv²/ω_r, from which (18) \
+         follows.",
     ]);
     const FREQUENCY_POWER: i32 = 1;
     const BACKBONE: f64 = 0.15;

@@ -125,7 +125,7 @@ fn time_units_come_from_headers_and_may_be_overridden() {
     let unit = |unit: &str| ReadOptions { time_unit: Some(unit.into()), ..Default::default() };
     assert_is_ring(&read_with(&text, &unit("ms")).unwrap(), 40);
     let (message, hint) = error(&text, &unit("fortnight"));
-    assert_eq!(message, "file.csv: time_unit = fortnight: no unit known here");
+    assert_eq!(message, "file.csv: time_unit = fortnight: not a known unit");
     assert!(hint.starts_with("time_unit takes"));
 }
 
@@ -182,7 +182,7 @@ fn a_rate_stands_for_a_time_column_and_a_missing_one_is_asked_for() {
     let hinted = format!("angle_deg, sample_rate\n45, 1000\n{}", table_of("", 40, |_, _, x| x.to_string()));
     assert!(error(&hinted, &ReadOptions::default()).1.starts_with("rate_hz takes"));
     let both = ReadOptions { time: Some("1".into()), ..rated };
-    assert_eq!(error(&text, &both).0, "file.csv: time = 1: not together with a sampling rate");
+    assert_eq!(error(&text, &both).0, "file.csv: time = 1: cannot be combined with a sampling rate");
     for rate_hz in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e-310] {
         let (_, hint) = error(&text, &ReadOptions { rate_hz: Some(rate_hz), ..Default::default() });
         assert!(hint.contains("rate_hz"));
@@ -211,7 +211,10 @@ fn a_ring_down_is_told_from_its_drive_by_its_numbers() {
     });
     let reading = read(text);
     assert_is_ring(&reading, 2000);
-    assert_eq!(signal(&reading).why, "column 3: oscillates and dies down most among column 2, column 3");
+    assert_eq!(
+        signal(&reading).why,
+        "column 3: has the strongest decaying oscillation among column 2, column 3"
+    );
     assert!(matches!(reading.record.clock(), Clock::Uniform { .. }));
 }
 
@@ -466,7 +469,7 @@ fn a_force_or_a_sample_alone_beside_the_times_is_the_signal() {
             (SignalKind::Displacement, unit),
             "{header}"
         );
-        assert!(reading.report.notes.iter().any(|n| n.text.contains("only column beside the times")));
+        assert!(reading.report.notes.iter().any(|n| n.text.contains("only column apart from the times")));
     }
     for header in ["Frequency (Hz)", "sigma", "Temperature"] {
         let text = table_of(&format!("t (s),{header}\n"), 40, |_, t, x| format!("{t},{x}"));

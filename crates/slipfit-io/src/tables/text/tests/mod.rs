@@ -265,7 +265,7 @@ fn a_file_that_starts_again_keeps_its_longest_run() {
     assert_eq!((reading.report.runs, reading.report.run), (2, 2));
     assert_eq!(
         reading.report.notes[1].to_string(),
-        "the clock begins again: 2 runs stand one after the other; number 2, the longest, was read; run reads another"
+        "the clock restarts: 2 runs follow one another; number 2, the longest, was read; run reads another"
     );
 }
 
@@ -280,7 +280,7 @@ fn each_run_of_a_file_that_starts_again_can_be_asked_for() {
         assert_is_ring(&reading, length);
         assert_eq!((reading.report.runs, reading.report.run), (3, number));
         assert_eq!(reading.report.rows_read, 100);
-        let said = format!("3 runs stand one after the other; number {number} was read");
+        let said = format!("3 runs follow one another; number {number} was read");
         assert!(note(&reading, 1).ends_with(&said), "{:?}", reading.report.notes);
     }
     for none in [0, 4] {
@@ -321,7 +321,7 @@ fn key_value_cells_beside_the_first_rows_are_no_header() {
     assert_eq!((time_column(&reading), signal(&reading).column.number), (4, 5));
     assert_eq!(reading.report.columns[3].header, "");
     assert_eq!((reading.record.len(), reading.report.rows_skipped()), (60, 0));
-    assert!(note(&reading, 0).starts_with("columns 1 to 3 hold settings beside the first 5 rows"));
+    assert!(note(&reading, 0).starts_with("columns 1 to 3 hold settings next to the first 5 rows"));
 }
 
 #[test]
