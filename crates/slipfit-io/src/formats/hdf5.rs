@@ -101,7 +101,7 @@ pub(crate) fn cube(path: &Path, name: Option<&str>) -> Result<([usize; 3], Strin
     let kind = stored(set.dtype()).ok_or_else(|| refused(format!("{name} holds no real numbers")))?;
     let mut shape = [0; 3];
     if set.shape().len() != 3 {
-        return Err(refused(format!("{name} has the shape {:?}, but three axes are needed", set.shape())));
+        return Err(refused(format!("{name} has the shape {:?}, three axes are needed", set.shape())));
     }
     for (length, found) in shape.iter_mut().zip(set.shape()) {
         *length = usize::try_from(*found).unwrap_or(usize::MAX);

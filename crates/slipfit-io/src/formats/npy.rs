@@ -72,9 +72,8 @@ pub(crate) fn contents(bytes: &[u8], parent: &str, name: &str) -> Result<Content
 pub(crate) fn cube(head: &[u8]) -> Result<([usize; 3], Stored, u64), ReadProblem> {
     let header = Header::read(head)?;
     let refused = |reason: String| ReadProblem::NoStack { reason };
-    let shape = <[usize; 3]>::try_from(header.shape.as_slice()).map_err(|_| {
-        refused(format!("the array has the shape {:?}, but three axes are needed", header.shape))
-    })?;
+    let shape = <[usize; 3]>::try_from(header.shape.as_slice())
+        .map_err(|_| refused(format!("the array has the shape {:?}, three axes are needed", header.shape)))?;
     if header.first_fastest {
         return Err(refused("the array is in Fortran order; numpy.ascontiguousarray converts it".to_owned()));
     }

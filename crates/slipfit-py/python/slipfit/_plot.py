@@ -72,7 +72,7 @@ def ringdown(answer: RingdownAnswer, ax: Axes | None) -> list[Axes]:
         fmt="o", color="0.35", markersize=3.0, elinewidth=0.6, label="measured",
     )
     axes[2].plot(loss["amplitude"][order], loss["fitted"][order], label=answer.model, **_FIT)
-    axes[2].plot(loss["amplitude"][order], loss["fitted_sliding"][order], label="of it sliding", **_FREE)
+    axes[2].plot(loss["amplitude"][order], loss["fitted_sliding"][order], label="sliding part", **_FREE)
     axes[2].set(xlabel=_unit("amplitude", unit), ylabel=_unit("loss per cycle", unit))
     axes[2].legend()
     if with_frequency:

@@ -24,9 +24,7 @@ pub(super) fn sentence(answer: &Answer) -> String {
 /// Friction and what it follows, where no condition was measured both ways.
 fn found(answer: &Answer) -> String {
     let cells: Vec<&Estimate> = answer.table.iter().filter_map(|r| r.joint.as_ref()).collect();
-    let Some(first) = cells.first() else {
-        return "No measurement determines friction and damping.".to_owned();
-    };
+    let Some(first) = cells.first() else { return "No measurement gives friction and damping.".to_owned() };
     let conditions = match cells.len() {
         1 => "one condition".to_owned(),
         n => format!("{n} conditions"),

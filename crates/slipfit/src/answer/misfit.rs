@@ -48,9 +48,7 @@ pub enum MisfitShape {
 impl fmt::Display for MisfitShape {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Bow => {
-                f.write_str("the residuals form a smooth arc along the decay: a loss term is missing")
-            }
+            Self::Bow => f.write_str("the residuals curve along the decay: a loss term is missing"),
             Self::Kink { time_s } => {
                 write!(f, "the residuals have a kink at {} s: the loss changes there", figures(*time_s, 4))
             }

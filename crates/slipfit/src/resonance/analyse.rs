@@ -84,7 +84,7 @@ const SEARCH_CUT: &str = "no resonance curve could be fitted within the limit of
 pub fn analyse_with(curve: &Curve, options: &Options, criteria: &Criteria) -> Result<Answer, Error> {
     options.check()?;
     let terms = options.terms;
-    let constant = "the points have phases, and a constant added to them is a background";
+    let constant = "the points have phases, and a constant added to the response is a background";
     let noise = "the points have phases, and their noise averages to zero";
     let delay = "the points have no phases, and a delay changes nothing else";
     for (asked, method, complex, why) in [

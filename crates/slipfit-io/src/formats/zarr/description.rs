@@ -86,7 +86,7 @@ impl Array {
         let unit = ["units", "unit"].iter().find_map(|name| attributes[name].as_str());
         let unit = unit.unwrap_or_default().trim().to_owned();
         let shape = lengths(&text["shape"]).ok_or_else(|| {
-            refused(format!("the array has the shape {}, but three axes are needed", text["shape"]))
+            refused(format!("the array has the shape {}, three axes are needed", text["shape"]))
         })?;
         let form = match version {
             Version::Two => Form::second(&text),

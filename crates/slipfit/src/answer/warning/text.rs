@@ -180,8 +180,8 @@ impl fmt::Display for Warning {
                     )?,
                     (None, Some(quantum)) => write!(
                         f,
-                        "the time stamps are rounded to {} s: they were replaced by the uniform clock that \
-                         they round",
+                        "the time stamps are rounded to {} s: they were replaced by the uniform clock \
+                         that fits them",
                         figures(*quantum, 2)
                     )?,
                     (None, None) => write!(f, "the clock was rebuilt from the time stamps")?,
