@@ -392,7 +392,7 @@ fn dissipative(figure: &mut Figure, view: &View<'_>) {
         let intercept = 4.0 / std::f64::consts::PI * fit.friction_displacement.value;
         line = vec![[0.0, intercept], [view.largest, intercept + slope * view.largest]];
     }
-    let title = "dissipative force: its value at zero is sliding friction";
+    let title = "dissipative force: its value at zero is sliding";
     force(figure, view, title, "dissipative force / k", &rows, &line);
 }
 
