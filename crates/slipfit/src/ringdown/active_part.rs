@@ -5,23 +5,25 @@ use crate::numeric::robust::median;
 use crate::numeric::sum_of;
 use std::ops::Range;
 
-/// Windows the record is divided into.
+/// Number of windows that the record is divided into.
 const WINDOWS: usize = 256;
-/// Samples of a window at least.
+/// Minimum number of samples per window.
 const LEAST_WINDOW: usize = 4;
-/// Quiet windows between two active ones that belong to the motion: turning points, beats.
+/// Maximum number of quiet windows between two active ones that still belong to the motion (turning points,
+/// beats).
 const GAP: usize = 3;
 
-/// The samples of the strongest motion with their surroundings, where the record is quiet for most
-/// of its length; `None` where it is not.
+/// The samples of the strongest motion with their surroundings, if the record is quiet for most of its
+/// length; `None` otherwise.
 ///
-/// The variance of each of [`WINDOWS`] windows about its own mean is compared with the median of
-/// all, which is that of the noise if more than half of the record is at rest. Blocks cut for the
-/// whole record would be longer than such a motion, and its line would drown in the noise of the
+/// The variance of each of [`WINDOWS`] windows about its own mean is compared with the median over all
+/// windows, which is the noise variance if more than half of the record is at rest. Blocks chosen for the
+/// whole record would be longer than such a motion, and its spectral line would be lost in the noise of the
 /// rest.
 ///
-/// Windows shorter than a swing are quiet at its turning points: stretches elsewhere as long as the part must be quiet
-/// as well, but for a drift that is small beside the motion.
+/// Windows shorter than a cycle are quiet at its turning points. The stretches outside the part that are as
+/// long as the part must therefore be quiet as well, apart from a drift that is small compared with the
+/// motion.
 pub(crate) fn active_part(signal: &[f64], criteria: &ActivePartCriteria) -> Option<Range<usize>> {
     let n = signal.len();
     let length = n.div_ceil(WINDOWS).max(LEAST_WINDOW);
@@ -92,7 +94,7 @@ mod tests {
         assert_eq!(active_part(&[0.0; 50], &criteria), None);
     }
 
-    /// Five swings in a hundred samples each: windows at their turning points are as quiet as the noise.
+    /// Five cycles of a hundred samples each: windows at their turning points are as quiet as the noise.
     #[test]
     fn slow_swings_are_no_rest() {
         let criteria = ActivePartCriteria::default();

@@ -1,4 +1,4 @@
-//! The amplitudes of the blocks against the loss laws.
+//! Fit of the loss laws to the amplitudes of the blocks.
 
 use super::cluster_jackknife::inflation_of_amplitudes;
 use super::compare::{
@@ -19,22 +19,22 @@ use crate::signal::blocks::Block;
 use crate::{Error, LossTerm};
 use std::borrow::Cow;
 
-/// Rounds of leaving out outliers, and of weighing the error of the law.
+/// Rounds of outlier rejection, and of estimating the error of the law.
 const ROUNDS: usize = 3;
 const WEIGHTINGS: usize = 4;
-/// Rounds of weighing mean squares by their law.
+/// Rounds of reweighting mean squares by their fitted law.
 const REWEIGHTINGS: usize = 3;
-/// Relative change of the error of the law that ends its search.
+/// Relative change of the error of the law below which its iteration ends.
 const TOLERANCE: f64 = 0.05;
-/// Last amplitudes (one in so many) whose mean tells how far they fell.
+/// The last 1/`LAST_PART` of the amplitudes is averaged to find how far they fell.
 const LAST_PART: usize = 16;
-/// That mean as a part of the first amplitude where the motion may have stopped.
+/// Ratio of that mean to the first amplitude below which the motion may have stopped.
 const NEAR_ZERO: f64 = 0.2;
-/// Relative accuracy of an amplitude where a weight of its square would be beyond all bounds.
+/// Lower bound of a squared amplitude relative to the first one, which keeps its weight finite.
 pub(super) const LEAST_SQUARE: f64 = 1e-6;
 
-/// Fits every loss model to the amplitudes of the blocks. Blocks at the end where the averaged
-/// law does not hold are given up.
+/// Fits every loss model to the amplitudes of the blocks. Blocks at the end where the averaged law does not
+/// hold are discarded.
 pub(crate) fn fit_amplitudes<'a>(
     measured: &mut MeasuredDecay,
     options: &Options,
@@ -55,7 +55,7 @@ pub(crate) fn fit_amplitudes<'a>(
     let nuisance: &[usize] = if has_floor { &[FLOOR] } else { &[] };
     let mut start = start_values(&problem);
     if measured.root_mean_squares && !has_floor {
-        // Too small to be fitted, it still lifts every amplitude.
+        // A floor too small to be fitted still raises every amplitude.
         start[FLOOR] = 2.0 * measured.noise_rms.powi(2);
     }
     let full = [&loss_parameters(options.model)[..], nuisance].concat();
@@ -101,7 +101,7 @@ pub(crate) fn fit_amplitudes<'a>(
         criteria: &criteria.inference,
     };
     let comparison = compare(&problem, &start, nuisance, noise_model, whole, search);
-    // Where no law can be fitted the first amplitude has no error that it could exceed.
+    // If no law can be fitted, the first amplitude has no standard error that it could exceed.
     let best = comparison.preferred().ok_or(Error::NotARingDown {
         cycles: measured.cycles(),
         needed: criteria.blocks.least_cycles,
@@ -112,7 +112,7 @@ pub(crate) fn fit_amplitudes<'a>(
     let mut excess = 1.0;
     let dof = (n as f64 - best.bounded.free.len() as f64).max(1.0);
     if !measured.root_mean_squares {
-        // Against the noise alone, whatever the law was forgiven.
+        // Compared with the noise alone, without the error admitted for the law.
         let chi_squared: f64 =
             residuals.iter().zip(&problem.weight).zip(&noise_weights).map(|((r, w), v)| r * r / w * v).sum();
         excess = (chi_squared / dof / noise.max(f64::MIN_POSITIVE)).min(f64::MAX.sqrt());
@@ -122,7 +122,7 @@ pub(crate) fn fit_amplitudes<'a>(
     }
     let serial_inflation = significant_inflation(autocorrelation, n, significance);
     noise_model.variance_inflation = serial_inflation;
-    // What the law misses moves the clusters too, but is no noise: another law may describe it.
+    // Misfit of the law shifts the clusters too, but is not noise: another law may describe it.
     if excess < c.most_cluster_excess {
         let largest = comparison.largest().map_or(&best.bounded, |fit| &fit.bounded);
         let variance = noise_model.residual_variance(largest);
@@ -175,17 +175,19 @@ pub(crate) fn amplitude_problem(measured: &MeasuredDecay, options: &Options) -> 
     }
 }
 
-/// Variance of the amplitude of a block by a phase that walks by the variance `q` in a second, in variances of the
-/// noise of a sample: `A² q/(4 omega² T)`, the part of the walk at twice the frequency, over a block of length `T`.
+/// Variance of a block's amplitude due to a random walk of the phase with variance `q` per second, in units
+/// of the noise variance of a sample: `A² q/(4 omega² T)`, the part of the walk at twice the frequency, over
+/// a block of length `T`.
 fn by_walk(block: &Block, measured: &MeasuredDecay) -> f64 {
     let relative = measured.law.walk_in_cycles / (4.0 * block.omega.powi(2) * block.span_s);
     let variance = relative * block.amplitude.powi(2) / measured.noise_rms.powi(2);
     if variance.is_finite() { variance } else { 0.0 }
 }
 
-/// Whether the amplitudes scatter by less or by more than noise and a walk of the phase would make them. What looks like
-/// a walk and leaves them alone is slower than a cycle, a frequency that wanders; where they scatter more, the law errs,
-/// and its error is told by themselves.
+/// Whether the amplitudes scatter by less or by more than noise and a random walk of the phase predict. An
+/// apparent walk that leaves the amplitudes unaffected is slower than a cycle, i.e. a wandering frequency. If
+/// the amplitudes scatter more, the law is in error, and that error is estimated from the amplitudes
+/// themselves.
 fn scatter_otherwise(
     problem: &EnvelopeProblem,
     measured: &MeasuredDecay,
@@ -195,7 +197,7 @@ fn scatter_otherwise(
     let full = loss_parameters(options.model);
     let start = offer(&start_values(problem), options.model);
     let Some(fit) = fit_from_viscous(problem, &start, &full) else { return false };
-    // Where the law ends before the amplitudes do, most of them still tell.
+    // If the law ends before the amplitudes do, most amplitudes are still informative.
     let Some(deviation) = robust::deviation(problem.residuals(&fit.parameters).into_iter()) else {
         return false;
     };
@@ -204,12 +206,13 @@ fn scatter_otherwise(
     (ratio - 1.0).abs() > criteria.inference.excess_significance * error
 }
 
-/// Relative standard error of the square of a robust deviation of so many values, times the root of their number.
+/// Relative standard error of the squared robust deviation of `n` values, times the square root of `n`.
 const ROBUST_ERROR: f64 = 2.33;
 
-/// Weighs mean squares, each of as many samples, by the law fitted to them, `var(R²) = 4 sigma² (A² + sigma²)`: by
-/// themselves those that the noise made small would weigh most, and pull the tail down as friction does. Viscous and
-/// sliding loss, neither below zero, come near enough to any law.
+/// Weights mean squares, each of the same number of samples, by the law fitted to them, `var(R²) = 4 sigma²
+/// (A² + sigma²)`. If weighted by their own values, those that the noise made small would get the largest
+/// weights and pull the tail down as friction does. Viscous and sliding loss, neither below zero, are close
+/// enough to any law for this purpose.
 fn weigh_by_law(problem: &mut EnvelopeProblem, start: &[f64], nuisance: &[usize], unit_weight: f64) {
     let least = LEAST_SQUARE * problem.value[0].max(f64::MIN_POSITIVE);
     let free = [&[A0, DELTA, X_F][..], nuisance].concat();
@@ -238,9 +241,10 @@ pub(crate) fn start_values(problem: &EnvelopeProblem) -> Vec<f64> {
     start
 }
 
-/// The best fit with all of `free`, begun from the viscous law; that law where no other is found.
+/// The best fit with all of `free`, started from the viscous law; the viscous law itself if no other is
+/// found.
 ///
-/// Where the amplitudes end near zero the motion may have stopped among them, and the sum of squares has other
+/// If the amplitudes end near zero, the motion may have stopped within them, and the sum of squares has other
 /// minima: the most likely of them is tried as well.
 pub(crate) fn fit_from_viscous(problem: &EnvelopeProblem, start: &[f64], free: &[usize]) -> Option<Fit> {
     beyond(problem, start, &viscous_law(problem, start)?, free)
@@ -250,7 +254,7 @@ fn viscous_law(problem: &EnvelopeProblem, start: &[f64]) -> Option<Fit> {
     minimise(problem, start, &[A0, DELTA])
 }
 
-/// [`fit_from_viscous`] with the viscous law known.
+/// [`fit_from_viscous`] with the viscous law given.
 fn beyond(problem: &EnvelopeProblem, start: &[f64], viscous: &Fit, free: &[usize]) -> Option<Fit> {
     let fit = minimise(problem, &viscous.parameters, free).filter(|f| f.rss.is_finite());
     let fit = fit.unwrap_or_else(|| viscous.clone());
@@ -262,13 +266,13 @@ fn beyond(problem: &EnvelopeProblem, start: &[f64], viscous: &Fit, free: &[usize
     Some(other.filter(|other| other.rss < fit.rss).unwrap_or(fit))
 }
 
-/// Whether the last amplitudes lie near zero beside the first one.
+/// Whether the last amplitudes are near zero compared with the first one.
 fn may_stop(problem: &EnvelopeProblem) -> bool {
     last_over_first(problem) < NEAR_ZERO
 }
 
-/// Mean of the last amplitudes, root mean square where they are squared, over the first one. A single one near the
-/// noise may be twice the level of those around it.
+/// Mean of the last amplitudes (root mean square if they are squared) relative to the first one. A single
+/// amplitude near the noise may be twice the level of those around it.
 fn last_over_first(problem: &EnvelopeProblem) -> f64 {
     let n = problem.value.len();
     let last = &problem.value[n - n.div_ceil(LAST_PART)..];
@@ -276,10 +280,10 @@ fn last_over_first(problem: &EnvelopeProblem) -> f64 {
     if problem.squared { ratio.max(0.0).sqrt() } else { ratio }
 }
 
-/// Where the amplitudes scatter about the full law by more than their noise, the law itself is
-/// off by some part of the amplitude: that part joins the errors, so that the early amplitudes,
-/// known to 1e-4, do not drown the late ones, which tell sliding from viscous loss. Gives whether
-/// it does.
+/// If the amplitudes scatter about the full law by more than their noise, the law itself is in error by some
+/// fraction of the amplitude. That fraction is added to the errors, so that the early amplitudes, known to
+/// 1e-4, do not outweigh the late ones, which distinguish sliding from viscous loss. Returns whether an error
+/// was added.
 fn admit_law_error(
     problem: &mut EnvelopeProblem,
     start: &[f64],
@@ -293,8 +297,7 @@ fn admit_law_error(
     if dof < 3.0 {
         return false;
     }
-    // What ends the motion is no friction law: the error never falls below that of a small
-    // amplitude.
+    // The end of the motion follows no friction law: the error never falls below that of a small amplitude.
     let base = (criteria.law_error_base * problem.value[0]).powi(2);
     let mut relative = 0.0;
     let mut from = start.to_vec();
@@ -330,8 +333,8 @@ fn admit_law_error(
     relative > 0.0
 }
 
-/// Takes out blocks many robust standard deviations off the full law, and counts them; with the viscous and the full
-/// law through those that are kept, where they are known.
+/// Removes blocks that deviate from the full law by many robust standard deviations, and counts them. Also
+/// returns the viscous and the full law fitted to the remaining blocks, if known.
 fn drop_outliers(
     problem: &mut EnvelopeProblem,
     start: &[f64],
@@ -349,7 +352,7 @@ fn drop_outliers(
         let Some(fit) = beyond(problem, start, &viscous, full) else { break };
         let mut off = outliers(problem, &fit, least_deviation, criteria);
         if off.is_empty() && losses.iter().any(|&i| fit.parameters[i] < 0.0) {
-            // With losses below zero the law bends to what it should leave out.
+            // With losses below zero the law bends towards the outliers.
             let within = constrained(problem, &fit, losses).map(Cow::into_owned);
             let afresh = || minimise_bounded(problem, start, full, losses, STEP_TOLERANCE);
             let Some(within) = within.or_else(afresh) else { break };
@@ -364,8 +367,8 @@ fn drop_outliers(
     (dropped, None)
 }
 
-/// The amplitudes many robust standard deviations off a law; none where there are many: a law that misses many is
-/// wrong, and they are evidence.
+/// The amplitudes that deviate from a law by many robust standard deviations. None if there are many of them:
+/// a law that misses many amplitudes is wrong, and they are evidence against it.
 fn outliers(
     problem: &EnvelopeProblem,
     law: &Fit,
@@ -382,8 +385,8 @@ fn outliers(
     off
 }
 
-/// Number of amplitudes before the averaged law ends: some cycles before the stop, since with few
-/// `x_F` the motion is no ellipse. `None` where all are before it.
+/// Number of amplitudes before the averaged law ends, some cycles before the stop: at amplitudes of a few
+/// `x_F` the motion is not an ellipse. `None` if all are before it.
 fn end_of_law(
     problem: &EnvelopeProblem,
     start: &[f64],
@@ -401,7 +404,7 @@ fn end_of_law(
     Some(kept.max(criteria.rest_kept)).filter(|kept| *kept < n)
 }
 
-/// Keeps the amplitudes whose index holds.
+/// Keeps the amplitudes whose index satisfies `keep`.
 fn retain(problem: &mut EnvelopeProblem, keep: impl Fn(usize) -> bool) {
     for list in [&mut problem.elapsed, &mut problem.value, &mut problem.weight] {
         let mut index = 0..;
@@ -414,7 +417,7 @@ mod tests {
     use super::*;
     use crate::ringdown::direct::tests::noise;
 
-    /// Motion that a drive keeps up, switched on with a beat: losses below zero make a law of that beat.
+    /// Motion sustained by a drive and switched on with a beat: losses below zero would fit that beat.
     #[test]
     fn amplitudes_off_a_law_without_gain_are_left_out() {
         let criteria = Criteria::default();

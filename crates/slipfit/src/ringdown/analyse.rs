@@ -30,38 +30,35 @@ use crate::record::MIN_SAMPLES;
 use crate::{Error, Parameter, Record, SignalKind};
 use std::ops::Range;
 
-/// Tells viscous from sliding loss in a record of a decaying oscillation.
+/// Separates viscous from sliding loss in a record of a decaying oscillation.
 ///
-/// Finds the free decay, follows amplitude and phase along it, fits the loss
-/// models `dA/dt = -(a0 + a1 A + a2 A²)` (sliding, viscous, drag) and weighs
-/// them against each other; a model asked for may have [further terms](crate::LossTerm). Where the record shows the motion itself, every
-/// sample is compared with the exact motion, whose turning points obey
+/// Finds the free decay, follows amplitude and phase along it, fits the loss models `dA/dt = -(a0 + a1 A + a2
+/// A²)` (sliding, viscous, drag) and compares them. A requested model may have [further
+/// terms](crate::LossTerm). If the record shows the motion itself, every sample is compared with the exact
+/// motion, whose turning points obey
 ///
 /// ```text
 /// |X_n| + C = e^(-n pi delta/omega_d) (|X_0| + C),   C = x_F coth(pi delta / 2 omega_d)
 /// ```
 ///
-/// The paper's eq. (16) has the leading order `C = 4F/(pi gamma omega_0)` of it
-/// (Vitorino, Vieira and Rodrigues, *Effect of sliding friction in harmonic
-/// oscillators*), short by 2 % at Q = 2. Where frequency or phase wander more
-/// than the exact motion allows, the amplitudes of short stretches are fitted
-/// instead, phase left free.
+/// Eq. (16) of the paper (Vitorino, Vieira and Rodrigues, *Effect of sliding friction in harmonic
+/// oscillators*) has its leading order `C = 4F/(pi gamma omega_0)`, which is 2 % too small at Q = 2. If
+/// frequency or phase wander more than the exact motion allows, the amplitudes of short stretches are fitted
+/// instead, with the phase left free.
 ///
-/// Units: times in s; displacements, `x_F` and amplitudes in the record's
-/// unit. Of a velocity or acceleration record the amplitudes are those of the
-/// record; `x_F` is the displacement where the record's unit ends in `/s` or
-/// `/s^2`, else it is `omega x_F` or `omega² x_F` in the record's unit.
+/// Units: times in s; displacements, `x_F` and amplitudes in the record's unit. For a velocity or
+/// acceleration record the amplitudes are those of the recorded quantity; `x_F` is the displacement if the
+/// record's unit ends in `/s` or `/s^2`, otherwise `omega x_F` or `omega² x_F` in the record's unit.
 ///
-/// Limits: one mode (others are reported, [`Options::band_hz`] isolates one);
-/// at least two cycles above the noise, or, where the exact motion describes
-/// every sample (of at most 20 000), one swing back of a fifth of the first;
-/// drag holds to second order in the loss of a half cycle, further terms on the
-/// average of a cycle, exact for Q well above one.
+/// Limits: one mode (others are reported, [`Options::band_hz`] isolates one); at least two cycles above the
+/// noise, or, if the exact motion describes every sample (of at most 20 000), one half cycle that returns a
+/// fifth of the first amplitude; drag is exact to second order in the loss per half cycle; further terms hold
+/// for the cycle average, exact for Q well above one.
 ///
 /// # Errors
-/// [`Error::Parameter`] for an option out of range, [`Error::NoOscillation`],
-/// [`Error::NotARingDown`] or [`Error::NoFit`] where there is nothing to answer.
-/// A fit that merely disappoints is an [`Answer`] with warnings.
+/// [`Error::Parameter`] for an option out of range; [`Error::NoOscillation`], [`Error::NotARingDown`] or
+/// [`Error::NoFit`] if the record allows no answer. A poor fit is not an error but an [`Answer`] with
+/// warnings.
 ///
 /// ```
 /// use slipfit::{Oscillator, Parameter, Record, motion::decay::FreeDecay, ringdown};
@@ -83,7 +80,7 @@ pub fn analyse(record: &Record, options: &Options) -> Result<Answer, Error> {
     analyse_with(record, options, &Criteria::default())
 }
 
-/// [`analyse`] with thresholds of your own.
+/// [`analyse`] with user-defined thresholds.
 ///
 /// # Errors
 /// As [`analyse`].
@@ -116,12 +113,12 @@ pub fn analyse_with(record: &Record, options: &Options, criteria: &Criteria) -> 
     Ok(answer)
 }
 
-/// Whether a record of another kind may hold amplitudes.
+/// Whether a record declared as an oscillation may in fact contain amplitudes.
 fn may_be_amplitudes(record: &Record, criteria: &Criteria) -> bool {
     record.kind().oscillates() && recorded_amplitudes::may_be_amplitudes(record.signal(), &criteria.blocks)
 }
 
-/// A refusal of samples that fall as amplitudes do.
+/// The refusal of a record whose samples fall as amplitudes do.
 fn falls_as_amplitudes(refusal: Error) -> Error {
     let reason = FALLS_AS_AMPLITUDES;
     match refusal {
@@ -131,7 +128,7 @@ fn falls_as_amplitudes(refusal: Error) -> Error {
     }
 }
 
-/// The answer about the samples around one of several motions.
+/// The answer for the samples of one of several motions.
 fn of_one_motion(
     whole: &Samples,
     own: Range<usize>,
@@ -147,7 +144,7 @@ fn of_one_motion(
     Some(if ended { ending_in_noise(answer) } else { answer })
 }
 
-/// [`analyse_with`] of prepared samples.
+/// [`analyse_with`] for prepared samples.
 fn analyse_from_release(
     whole: &Samples,
     record: &Record,
@@ -158,7 +155,8 @@ fn analyse_from_release(
     from_release.map_or_else(|| analyse_with_line(whole, record, options, criteria), Ok)
 }
 
-/// The answer about the samples from the release on, where the mass is held before it and they have one.
+/// The answer for the samples from the release on, if the mass is held before it and these samples can be
+/// analysed.
 fn after_hold(whole: &Samples, record: &Record, options: &Options, criteria: &Criteria) -> Option<Answer> {
     if !shows_displacement(record, options) || options.start_s.is_some() {
         return None;
@@ -171,12 +169,12 @@ fn after_hold(whole: &Samples, record: &Record, options: &Options, criteria: &Cr
     Some(answer)
 }
 
-/// Whether the samples show the displacement itself, with its place of rest.
+/// Whether the samples show the displacement itself, including its rest position.
 fn shows_displacement(record: &Record, options: &Options) -> bool {
     record.kind() == SignalKind::Displacement && options.band_hz.is_none()
 }
 
-/// [`analyse_from_release`] without a look for a held mass.
+/// [`analyse_from_release`] without the search for a held mass.
 fn analyse_with_line(
     whole: &Samples,
     record: &Record,
@@ -190,7 +188,8 @@ fn analyse_with_line(
     without_steady_line(whole, answer, criteria, |rest| analyse_part(rest, record, options, criteria).ok())
 }
 
-/// The options with a band that ends at half of the rate: the filter has samples at even times, a median step apart.
+/// The options with the band limited to half of the sampling rate: the filter works on samples at equal
+/// intervals of one median step.
 fn below_half_the_rate(record: &Record, options: &Options) -> Result<Options, Error> {
     let mut options = options.clone();
     let highest = 0.5 / record.clock_report().median_step_s;
@@ -204,7 +203,7 @@ fn below_half_the_rate(record: &Record, options: &Options) -> Result<Options, Er
     Ok(options)
 }
 
-/// [`analyse_with_line`] without a look for a steady line.
+/// [`analyse_with_line`] without the search for a steady line.
 fn analyse_without_line(
     whole: &Samples,
     record: &Record,
@@ -226,7 +225,8 @@ fn analyse_without_line(
     });
     let inside = behind.is_none();
     let (whole, mut answer, options) = behind.unwrap_or((whole.clone(), answer, options.clone()));
-    // Before a second mode is looked for: a strong third harmonic, which falls three times as fast, passes for one.
+    // This comes before the search for a second mode: a strong third harmonic, which falls three times as
+    // fast, looks like one.
     answer = straightened_reading(&whole, answer, record, &options, criteria);
     if answer.sensor_curve.is_none() {
         answer = refined(whole.clone(), answer, record, &options, criteria);
@@ -245,7 +245,8 @@ fn analyse_without_line(
     Ok(answer)
 }
 
-/// The answer about the straightened reading where that of a displacement bends, else the one given.
+/// The answer for the straightened reading if the reading of a displacement is bent, otherwise the given
+/// answer.
 fn straightened_reading(
     whole: &Samples,
     answer: Answer,
@@ -261,8 +262,8 @@ fn straightened_reading(
     straightened(whole, answer, &criteria.sensor, fit, refine)
 }
 
-/// The answer about the samples, or about those without a baseline along a curve where that is better and no bend of the
-/// reading explains the level.
+/// The answer for the samples, or for the samples minus a curved baseline if that is better and a bent sensor
+/// curve does not explain the level.
 fn about_a_level<'a>(
     whole: &Samples<'a>,
     record: &Record,
@@ -290,8 +291,8 @@ fn about_a_level<'a>(
     Ok((whole.clone(), answer?, None))
 }
 
-/// The answer with a second mode taken out, with noise about the frequency of the motion counted, and with further
-/// loss laws tried.
+/// The answer with a second mode removed, with noise near the frequency of the motion included, and with
+/// further loss laws tried.
 fn refined(
     whole: Samples,
     answer: Answer,
@@ -301,7 +302,8 @@ fn refined(
 ) -> Answer {
     let by_model = |options: &Options, rest: Samples| analyse_samples(rest, record, options, criteria).ok();
     let as_asked = |rest: Samples| by_model(options, rest);
-    // The laws that every analysis compares tell whether there is a second mode; with others each fit takes much longer.
+    // The laws compared in every analysis show whether there is a second mode; with further laws each fit
+    // takes much longer.
     let further = LossModel::further_named(options.model) > 0;
     let compared = Options { model: None, ..options.clone() };
     let refit = |rest: Samples| by_model(if further { &compared } else { options }, rest);
@@ -311,11 +313,12 @@ fn refined(
         let refit = |noisier: Samples| analyse_part(noisier, record, options, criteria).ok();
         with_coloured_noise(whole.clone(), answer, &criteria.coloured_noise, refit)
     });
-    // A low-pass takes a hundred times as long.
+    // With a low-pass the fits take a hundred times as long.
     let affordable = options.lockin.is_none() && whole.len() <= criteria.misfit.further_law_samples;
     if options.model.is_none() && affordable && answer.second_mode.is_none() {
         let samples = Samples { noise_inflation: answer.diagnostics.noise_inflation, ..whole };
-        // By the amplitudes alone: a hundred times as fast as by every sample, and laws differ there.
+        // From the amplitudes alone: a hundred times as fast as fitting every sample, and sufficient to
+        // distinguish the laws.
         let mut by_amplitudes = criteria.clone();
         by_amplitudes.waveform.most_samples = 0;
         by_amplitudes.few_cycles.most_samples = 0;
@@ -330,7 +333,7 @@ fn refined(
     answer
 }
 
-/// Clipped crests of a displacement, beside those seen without a fit.
+/// Clipped crests of a displacement, unless clipping was already detected without a fit.
 fn clipped_crests_of(
     whole: &Samples,
     answer: &Answer,
@@ -368,8 +371,8 @@ fn analyse_part(
     }
 }
 
-/// An answer about the active part of a record: what follows the part is noise, so that a motion seen up
-/// to its end has reached the noise.
+/// Marks an answer for the active part of a record. What follows the part is noise, so a motion that lasts to
+/// its end has reached the noise.
 fn ending_in_noise(mut answer: Answer) -> Answer {
     if answer.segment.end_reason == EndReason::RecordEnd {
         answer.segment.end_reason = EndReason::Noise;
@@ -377,7 +380,7 @@ fn ending_in_noise(mut answer: Answer) -> Answer {
     answer
 }
 
-/// Whether the motion is still seen where the samples end.
+/// Whether the motion is still above the noise at the end of the samples.
 fn goes_on(answer: &Answer, criteria: &ActivePartCriteria) -> bool {
     let diagnostics = &answer.diagnostics;
     let first = answer.parameter(Parameter::InitialAmplitude).map_or(0.0, |a| a.value);
@@ -385,7 +388,7 @@ fn goes_on(answer: &Answer, criteria: &ActivePartCriteria) -> bool {
         && first * (-diagnostics.decay_times).exp() > criteria.goes_on * diagnostics.noise_rms
 }
 
-/// The analysis of these samples of a record.
+/// The analysis of the given samples of a record.
 fn analyse_samples(
     mut samples: Samples,
     record: &Record,
@@ -394,7 +397,7 @@ fn analyse_samples(
 ) -> Result<Answer, Error> {
     let by_amplitudes = amplitudes(&mut samples, record.kind(), options, criteria);
     let waveform = record.kind().oscillates();
-    // Further laws hold on the average of a cycle, and several take seconds by every sample.
+    // Further laws hold for the cycle average, and fitting several of them to every sample takes seconds.
     let affordable = match LossModel::further_named(options.model) {
         0 => true,
         1 => samples.len() <= criteria.waveform.most_samples_further,
@@ -408,7 +411,7 @@ fn analyse_samples(
             let short = samples.filtered == Filtered::Nothing
                 && described.measured.cycles() < criteria.few_cycles.most_cycles;
             match described.fit.problem {
-                // Blocks of whole cycles see little of so short a motion.
+                // Blocks of whole cycles carry little information about so short a motion.
                 Problem::Envelope(_) if short => {
                     fit_few_cycles(&samples, options.model, criteria).unwrap_or(described)
                 }
@@ -459,14 +462,14 @@ fn amplitudes<'a>(
         return Err(Error::NotARingDown { cycles, needed, reason });
     }
     if samples.filtered == Filtered::Motion {
-        // A band leaves no noise inside a block to measure: what the law leaves is the noise.
+        // A band-pass leaves no noise inside a block to be measured: the residuals of the law are the noise.
         measured.noise_rms *= fit.excess.sqrt();
         fit.excess = 1.0;
     }
     Ok(FittedDecay { measured, fit })
 }
 
-/// Whether a record was refused for what may be too few cycles.
+/// Whether a record was refused possibly because it has too few cycles.
 fn of_length(refusal: &Error) -> bool {
     matches!(refusal, Error::NotARingDown { .. } | Error::NoFit { .. } | Error::NoOscillation { .. })
 }
@@ -479,7 +482,8 @@ mod tests {
     use crate::ringdown::direct::tests::noise;
     use std::f64::consts::TAU;
 
-    /// At 30 samples a second, even or written with four digits, nothing is above 15 Hz.
+    /// At 30 samples per second there is nothing above 15 Hz, whether the time stamps are even or written
+    /// with four digits.
     #[test]
     fn a_band_ends_at_half_of_the_sampling_rate() {
         let swing = |t: f64| (-0.1 * t).exp() * (TAU * 11.0 * t).cos();
@@ -502,7 +506,7 @@ mod tests {
         }
     }
 
-    /// Sums of squares of exact samples are rounding, of either sign, where the rest has a level of its own.
+    /// The sums of squares of exact samples are rounding errors of either sign if the rest has its own level.
     #[test]
     fn exact_samples_to_the_stop_and_beyond_are_answered() {
         let built =

@@ -9,7 +9,7 @@ use crate::answer::comparison::correlation;
 use crate::answer::{Candidate, Correlation, Misfit, Parameter, Parameters, SlidingEvidence, Warning};
 use crate::model::loss::LossModel;
 
-/// The part of the record taken as free decay, and why it starts and ends where it does.
+/// The part of the record used as free decay, and the reasons for its limits.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -18,7 +18,7 @@ pub struct Segment {
     pub start_s: f64,
     /// Last instant used, s on the record's clock.
     pub end_s: f64,
-    /// Samples inside.
+    /// Number of samples in the segment.
     pub samples: usize,
     /// Why it starts there.
     #[cfg_attr(feature = "schema", schemars(with = "String"))]
@@ -26,7 +26,7 @@ pub struct Segment {
     /// Why it ends there.
     #[cfg_attr(feature = "schema", schemars(with = "String"))]
     pub end_reason: EndReason,
-    /// Cycles inside; zero for bare envelopes and lock-in records, whose samples show none.
+    /// Number of cycles in the segment; zero for bare envelopes and lock-in records, whose samples show none.
     pub cycles: f64,
 }
 
@@ -40,15 +40,16 @@ pub struct EnvelopePoint {
     pub amplitude: f64,
     /// Its standard error from noise alone.
     pub std_error: f64,
-    /// Amplitude of the chosen model, as this stretch of the fitted motion has it; NaN outside the segment.
+    /// Amplitude of the chosen model, evaluated for this stretch of the fitted motion; NaN outside the
+    /// segment.
     pub fitted: f64,
-    /// Local frequency, Hz; NaN where none can be told.
+    /// Local frequency, Hz; NaN if it cannot be determined.
     pub frequency_hz: f64,
     /// Whether the point lies in the fitted segment.
     pub used: bool,
 }
 
-/// Loss per cycle against amplitude, measured and by the model.
+/// Loss per cycle against amplitude, measured and predicted by the model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct LossPoint {
@@ -58,9 +59,9 @@ pub struct LossPoint {
     pub loss_per_cycle: f64,
     /// Standard error of it.
     pub std_error: f64,
-    /// The model's: total.
+    /// Total loss per cycle of the model.
     pub fitted: f64,
-    /// The model's: the sliding part.
+    /// Sliding part of the model's loss per cycle.
     pub fitted_sliding: f64,
 }
 
@@ -81,19 +82,19 @@ pub struct Backbone {
     pub drift_per_s: f64,
 }
 
-/// Where and when the motion came to rest, when the record shows it.
+/// Where and when the motion came to rest, if the record shows it.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Stop {
     /// Instant of the last turning point, s on the record's clock.
     pub time_s: f64,
-    /// Rest position less the middle of the oscillation, signal unit.
+    /// Rest position minus the centre of the oscillation, signal unit.
     pub position: f64,
     /// Standard error of the position.
     pub position_std_error: f64,
-    /// Static friction displacement F_s/k lies between these, if the record
-    /// tells (last moving and first resting turning point), signal unit.
+    /// Lower and upper bound of the static friction displacement F_s/k, if the record shows them (last moving
+    /// and first resting turning point), signal unit.
     pub static_displacement: Option<[f64; 2]>,
 }
 
@@ -105,46 +106,46 @@ pub struct Diagnostics {
     /// `waveform` (every sample against the exact motion) or `envelope`
     /// (phase left free, amplitudes of short stretches).
     pub method: &'static str,
-    /// Noise of one sample as estimated inside short stretches, signal unit; that which the motion leaves where it leaves
-    /// less than half of it.
+    /// Noise of one sample as estimated inside short stretches, signal unit; the residual rms of the motion
+    /// if its variance is less than half of that estimate.
     pub noise_rms: f64,
-    /// Variance of the noise about the frequency of the motion over that inside short stretches; 1
-    /// where the amplitudes scatter by no more. Intervals count it.
+    /// Ratio of the noise variance near the frequency of the motion to that inside short stretches; 1 if the
+    /// amplitudes scatter by no more. The intervals include it.
     pub noise_inflation: f64,
-    /// Losses that the reported model has not and the data do not exclude: the intervals count them. None
-    /// where they widen none of them by a tenth, or the model was asked for.
+    /// Losses that the reported model lacks and the data do not exclude; the intervals include them. `None`
+    /// if they widen none of the intervals by a tenth, or if the model was requested.
     pub counted_losses: Option<LossModel>,
-    /// Residual of the chosen model, signal unit.
+    /// Rms residual of the chosen model, signal unit.
     pub residual_rms: f64,
-    /// Variance of the fundamental's residual over what white noise gives; the
-    /// intervals are widened by its root where it exceeds one.
+    /// Ratio of the variance of the fundamental's residual to that expected for white noise; the intervals
+    /// are widened by its square root if it exceeds one.
     pub residual_excess: f64,
-    /// Probability that white noise alone leaves as much, by the number of residuals.
+    /// Probability that white noise alone gives such an excess, given the number of residuals.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub(crate) excess_by_chance: f64,
-    /// First autocorrelation of the residuals.
+    /// Lag-one autocorrelation of the residuals.
     pub residual_autocorrelation: f64,
-    /// How far the amplitudes lie off the law and in what shape, where that is above the noise.
+    /// Size and shape of the amplitudes' deviation from the law, if it is above the noise.
     pub misfit: Option<Misfit>,
-    /// Root mean square of the motion at the start over the noise, dB.
+    /// Root mean square of the motion at the start relative to the noise, dB.
     pub signal_to_noise_db: f64,
-    /// Decay times recorded: ln of the first over the last amplitude used, which counts no lower than its
-    /// standard error.
+    /// Decay times recorded: ln of the ratio of the first to the last amplitude used; the latter is limited
+    /// from below to its standard error.
     pub decay_times: f64,
-    /// Whether the amplitude falls at all by them.
+    /// Whether the amplitude falls at all, judged by the decay times.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub falls: bool,
-    /// Whether a law describes the amplitudes at all; evidence for friction rests on it.
+    /// Whether a law describes the amplitudes at all; evidence for friction requires it.
     pub law_holds: bool,
-    /// Short stretches left out because they lie far off every law (glitches).
+    /// Number of short stretches left out because they lie far from every law (glitches).
     pub left_out: usize,
-    /// Samples of an acceleration that did not count because they lie beside a turning point, where friction makes
-    /// it jump.
+    /// Number of samples of an acceleration record that were not counted because they lie next to a turning
+    /// point, where friction makes the acceleration jump.
     pub samples_at_turns: usize,
-    /// Other modes that noise does not explain: frequency (Hz) and strength relative to the main one.
+    /// Other modes not explained by noise: frequency (Hz) and strength relative to the main one.
     pub other_modes: Vec<OtherMode>,
-    /// Strongest harmonic of the motion, up to the fifth, where it can be told
-    /// from the main line and from noise.
+    /// Strongest harmonic of the motion, up to the fifth, if it can be distinguished from the main line and
+    /// from noise.
     pub distortion: Option<Distortion>,
 }
 
@@ -159,7 +160,7 @@ pub struct OtherMode {
     pub relative_amplitude: f64,
 }
 
-/// A viscous mode beside the motion that is analysed.
+/// A viscous mode in addition to the analysed motion.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -172,7 +173,7 @@ pub struct Mode {
     pub amplitude: Quantity,
 }
 
-/// A harmonic of the motion: sensors bend, springs harden, joints hit stops.
+/// A harmonic of the motion, caused by nonlinear sensors, hardening springs or joints that hit stops.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -194,7 +195,7 @@ columns! {
     }
 }
 
-/// Everything [`analyse`](super::analyse) found out.
+/// Result of [`analyse`](super::analyse).
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -202,11 +203,11 @@ columns! {
 pub struct Answer {
     /// The model reported.
     pub model: LossModel,
-    /// The simplest model that the data support: that of lowest BIC. Without a model asked for, the one
-    /// reported has viscous and sliding loss besides, at zero where the data want none, so that the
-    /// error of each counts what is not known of the other.
+    /// The simplest model that the data support: the one of lowest BIC. Unless a model was requested, the
+    /// reported model also has viscous and sliding loss, at zero if the data do not require them, so that the
+    /// error of each includes the uncertainty of the other.
     pub preferred_model: LossModel,
-    /// Parameters by name, in the order they should be read.
+    /// Parameters by name, in reading order.
     pub parameters: Parameters,
     /// All models, best first.
     pub comparison: Vec<Candidate>,
@@ -226,19 +227,19 @@ pub struct Answer {
     #[cfg_attr(feature = "serde", serde(serialize_with = "loss_columns::serialize"))]
     #[cfg_attr(feature = "schema", schemars(with = "loss_columns::Columns"))]
     pub loss: Vec<LossPoint>,
-    /// Loss against amplitude without a model of it, where it was asked for.
+    /// Loss against amplitude without a model for it, if requested.
     pub free_law: Option<FreeLaw>,
     /// Frequency against amplitude; `None` for a bare envelope.
     pub backbone: Option<Backbone>,
     /// The stop, if the record shows it.
     pub stop: Option<Stop>,
-    /// A second, weaker mode where one does not describe the record: every other field is about the
+    /// A second, weaker mode if one mode does not describe the record: every other field is about the
     /// stronger one, with this one subtracted.
     pub second_mode: Option<Mode>,
-    /// How the sensor bends, where the motion shows it: amplitudes and friction displacement are those of the
-    /// straightened reading.
+    /// Nonlinearity of the sensor, if the motion shows it: amplitudes and friction displacement are those of
+    /// the straightened reading.
     pub sensor_curve: Option<SensorCurve>,
-    /// Quality of the description.
+    /// Quality of the fit.
     pub diagnostics: Diagnostics,
     /// What limits the answer.
     pub warnings: Vec<Warning>,
@@ -248,13 +249,13 @@ pub struct Answer {
     /// The fitted waveform, to be evaluated at any instant.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub fit: super::FittedMotion,
-    /// Standard errors with no loss limited, which belong to the correlations.
+    /// Standard errors with no loss constrained; the correlations refer to these.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub(crate) unbounded_errors: Vec<(Parameter, f64)>,
 }
 
 impl Answer {
-    /// The standard error of a loss with the limits lifted.
+    /// The standard error of a loss without the constraints on its sign.
     pub(crate) fn unbounded_error(&self, parameter: Parameter) -> Option<f64> {
         self.unbounded_errors.iter().find(|(known, _)| *known == parameter).map(|(_, error)| *error)
     }

@@ -1,4 +1,4 @@
-//! From fits to the answer a person reads.
+//! Assembles the answer from the fits.
 
 use super::compare::slot;
 use super::decay_series::{backbone, envelope_points, fitted_motion, loss_points};
@@ -37,7 +37,7 @@ pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
         })?,
         None => comparison.reported().unwrap_or(preferred),
     };
-    // That a law errs, from cycle to cycle, puts no motion below the noise.
+    // An error of the law from cycle to cycle does not put a motion below the noise.
     let noise = NoiseModel { variance_inflation: e.fit.serial_inflation, ..comparison.noise };
     let error = noise.std_error(&chosen.bounded, A0);
     if !(chosen.bounded.parameters[A0] > e.criteria.answer.least_amplitude * error) {
@@ -62,7 +62,7 @@ pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
     let friction_stops = sliding.detected && fit.rest_s().is_some_and(|t| t < e.fit.end);
     let stop = stop_of(e, chosen, &fit, friction_stops);
     let mut models = candidates(comparison, |f| rms(e, f), |f| values(e, f, omega));
-    // A loss whose limit is lifted may grow beyond all numbers over a long record: it describes nothing.
+    // An unconstrained loss may grow beyond all numbers over a long record: such a model describes nothing.
     models.retain(|candidate| candidate.rms.is_finite() || candidate.model == chosen.model);
     let mut answer = Answer {
         model: chosen.model,
@@ -89,7 +89,7 @@ pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
     Ok(answer)
 }
 
-/// Root mean square of what a model leaves, signal unit.
+/// Root mean square of the residuals of a model, signal unit.
 fn rms(e: &Evidence, fit: &ModelFit) -> f64 {
     match &e.fit.problem {
         Problem::Waveform(_) => (fit.bounded.rss / e.fit.comparison.noise.observations).sqrt(),
@@ -97,7 +97,7 @@ fn rms(e: &Evidence, fit: &ModelFit) -> f64 {
     }
 }
 
-/// Where each parameter stands in a fit.
+/// Slot and name of each parameter of a fit.
 fn named(comparison: &ModelComparison) -> Vec<(usize, Parameter)> {
     let terms = comparison.terms().map(|term| (slot(term), Parameter::Loss(term)));
     std::iter::once((A0, Parameter::InitialAmplitude)).chain(terms).collect()
@@ -137,9 +137,10 @@ fn correlations(e: &Evidence, chosen: &ModelFit) -> Vec<Correlation> {
     list
 }
 
-/// The rest after the motion, where the samples are positions and the end is not set by hand.
+/// The rest after the motion, if the samples are positions and the end is not set by the user.
 ///
-/// A rest that the converter does not resolve hides fading swings as well as a stop: the fitted motion tells them apart.
+/// Below the resolution of the converter a rest may conceal decaying oscillations as well as a stop: the
+/// fitted motion distinguishes them.
 fn stop_of(e: &Evidence, chosen: &ModelFit, fit: &FittedMotion, friction_stops: bool) -> Option<Stop> {
     if e.record.kind() != SignalKind::Displacement || e.options.end_s.is_some() {
         return None;
@@ -161,11 +162,11 @@ fn stop_of(e: &Evidence, chosen: &ModelFit, fit: &FittedMotion, friction_stops: 
     stop(&samples, e.measured, &fitted, converter_step, rests, &e.criteria.stop)
 }
 
-/// Blocks by which the middle of the oscillation is told at its end.
+/// Number of blocks that give the centre of the oscillation at its end.
 const LAST_BLOCKS: usize = 5;
 
-/// The middle of an oscillation at its end, and its standard error, by the offsets of its last blocks. That of the very
-/// last is off by a part of the amplitude that it loses.
+/// The centre of an oscillation at its end, and its standard error, from the offsets of its last blocks. The
+/// very last block is left out: its offset is in error by a part of the amplitude lost in it.
 fn middle_of(points: &[Block], noise_rms: f64) -> [f64; 2] {
     let last = &points[points.len().saturating_sub(LAST_BLOCKS + 1)..(points.len() - 1).max(1)];
     let mean = last.iter().map(|b| b.offset).sum::<f64>() / last.len() as f64;
@@ -174,7 +175,7 @@ fn middle_of(points: &[Block], noise_rms: f64) -> [f64; 2] {
     [mean, (scatter.max(of_noise) / last.len() as f64).sqrt()]
 }
 
-/// Part of a window within which two of its times are one.
+/// Two times closer than this fraction of a window count as the same instant.
 const SAME_INSTANT: f64 = 1e-6;
 
 fn segment_of(e: &Evidence, stop: Option<&Stop>) -> Segment {
@@ -186,7 +187,8 @@ fn segment_of(e: &Evidence, stop: Option<&Stop>) -> Segment {
         },
         reason => reason,
     };
-    // Of stamps with few digits the middle of a block less half of it is that of its first sample to their rounding.
+    // For time stamps with few digits, the middle of a block minus half its length equals its first sample up
+    // to rounding.
     let first_s = e.samples.time[points[0].first];
     let rounded = (e.fit.origin - first_s).abs() < SAME_INSTANT * (e.fit.end - e.fit.origin);
     Segment {
@@ -204,7 +206,7 @@ pub(crate) fn last_amplitude(e: &Evidence, law: &AmplitudeLaw) -> f64 {
     law.amplitude(e.fit.end - e.fit.origin)
 }
 
-/// First time from which sliding carries more than a share of the loss to the end.
+/// First time from which sliding accounts for more than a given share of the loss until the end.
 fn dominates_from(law: &AmplitudeLaw, duration: f64, share: f64) -> Option<f64> {
     let dominates = |t: f64| law.shares(law.amplitude(t))[0] > share;
     if !(law.a0 > 0.0) || !dominates(duration) {
@@ -228,7 +230,8 @@ fn diagnostics(
         Problem::Waveform(_) => (chosen.bounded.rss / e.fit.comparison.noise.observations).sqrt(),
         Problem::Envelope(_) => variance.sqrt(),
     };
-    // Turns leave a block more than its noise where friction is large: noise beyond what the motion leaves is none.
+    // If friction is large, turning points raise the scatter within a block above its noise: the excess over
+    // the residuals is not noise.
     let within_blocks = e.measured.noise_rms;
     let of_all = matches!(e.fit.problem, Problem::Waveform(_)) && e.samples.filtered == Filtered::Nothing;
     let noise = match of_all && within_blocks.powi(2) > e.criteria.answer.misfit * variance {
@@ -267,11 +270,11 @@ fn diagnostics(
     }
 }
 
-/// Part of the samples from which on their lines are those of the free decay among them.
+/// Fraction of the samples in the free decay from which on the lines of all samples serve for it.
 const SAME_SAMPLES: f64 = 0.95;
 
-/// Lines of the free decay that noise does not explain: those that are neither the main one nor its harmonics, and the
-/// strongest harmonic.
+/// Spectral lines of the free decay that noise does not explain: those that are neither the main one nor its
+/// harmonics, and the strongest harmonic.
 fn other_modes(e: &Evidence) -> (Vec<OtherMode>, Option<Distortion>) {
     if !e.record.kind().oscillates() {
         return (Vec::new(), None);
@@ -284,11 +287,11 @@ fn other_modes(e: &Evidence) -> (Vec<OtherMode>, Option<Distortion>) {
     let gapless = whole.len() == range.len();
     let range = range.start + whole.start..range.start + whole.end;
     let (time, signal) = (&e.samples.time[range.clone()], &e.samples.signal[range]);
-    // The main line is as wide as its own frequency wanders from start to end.
+    // The main line is as wide as its frequency changes from start to end.
     let mean = |part: &[Block]| part.iter().map(|b| b.omega).sum::<f64>() / part.len() as f64 / TAU;
     let quarter = points.len().div_ceil(4);
     let spread = (mean(&points[..quarter]) - mean(&points[points.len() - quarter..])).abs() / main;
-    // That of all samples where hardly any are left out.
+    // The periodogram of all samples is used if hardly any are left out.
     let of_all = e
         .measured
         .periodogram
@@ -321,7 +324,7 @@ mod tests {
     use crate::{Oscillator, Record};
     use std::f64::consts::TAU;
 
-    /// Half cycles about two centres, which no block of a cycle describes to a millionth.
+    /// Half cycles about two centres, which no block of one cycle describes to a millionth.
     #[test]
     fn turns_are_no_noise() {
         for noise in [1e-7, 1e-5, 2e-3] {

@@ -1,4 +1,4 @@
-//! The samples within a band of frequencies, from which the filter takes nothing of the motion itself.
+//! Samples within a frequency band, filtered such that the filter does not distort the motion itself.
 
 use super::Answer;
 use super::criteria::{BandCriteria, Criteria};
@@ -11,12 +11,12 @@ use crate::signal::spectrum;
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-/// The answer about the motion within a band, with the motion that it tells kept out of the filter until the losses do not
-/// change any more.
+/// The answer for the motion within a band. The fitted motion is excluded from the filter, iteratively, until
+/// the losses no longer change.
 ///
-/// A filter smears the ends of a record, a stop and the turns of friction over the time `1/(high - low)`, and amplitudes
-/// there follow no law. What a motion near the true one leaves of the samples has none of that but its errors: it alone is
-/// filtered, and the motion added again.
+/// A filter smears the ends of a record, a stop and the turning points of friction over the time `1/(high -
+/// low)`, and the amplitudes there follow no law. The residuals of a motion near the true one contain only
+/// its errors: they alone are filtered, and the motion is added again.
 pub(super) fn beyond_filter<'a>(
     unfiltered: &Samples<'a>,
     filtered: Answer,
@@ -42,8 +42,8 @@ pub(super) fn beyond_filter<'a>(
     answer
 }
 
-/// The motion of an answer, and what lies in the band of all that it leaves; whether samples before the decay are driven,
-/// and kept from the filter.
+/// The motion of an answer plus its band-passed residuals; also whether samples before the decay are driven
+/// and therefore excluded from the filter.
 fn motion_and_band<'a>(
     unfiltered: &Samples<'a>,
     answer: &Answer,
@@ -67,13 +67,13 @@ fn motion_and_band<'a>(
     let (before, behind) = noise.split_at(first);
     let driven_before = rms(before) > criteria.band.driven * rms(behind);
     if driven_before {
-        // A blow or a drive: the filter would smear it over the decay.
+        // An impulse or a drive: the filter would smear it over the decay.
         samples = samples.part(first..samples.len());
         motion.drain(..first);
         noise = band_of_left(&samples, &motion);
     }
     samples.signal = noise.iter().zip(&motion).map(|(x, m)| x + m).collect();
-    // The level of a rest is that of the motion: the filter takes what the samples say of it.
+    // The rest has the level of the motion: the filter removes the level of the samples.
     samples.level_known = false;
     let half_rate_hz = 0.5 * noise.len() as f64 / samples.duration();
     let part_of_noise = (band_hz[1] - band_hz[0]) / half_rate_hz;
@@ -81,13 +81,13 @@ fn motion_and_band<'a>(
     Some((samples, driven_before))
 }
 
-/// Root mean square, zero of nothing.
+/// Root mean square; zero for an empty slice.
 fn rms(values: &[f64]) -> f64 {
     (values.iter().map(|x| x * x).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
-/// What the motion leaves without the strongest modes outside of the band: where the record cuts them off, they have a part
-/// inside.
+/// The residuals without the strongest modes outside the band, which have a part inside it where the record
+/// truncates them.
 fn without_modes_outside(
     time_s: &[f64],
     mut left: Vec<f64>,
@@ -106,7 +106,8 @@ fn without_modes_outside(
     left
 }
 
-/// The samples to filter: those of the window, those within reach of the filter beside it, and a rest or noise behind.
+/// The samples to filter: those of the window, those beside it within reach of the filter, and a rest or
+/// noise after it.
 fn described(samples: &Samples, answer: &Answer, reach_s: f64) -> Range<usize> {
     let [from_s, to_s] = answer.fit.range_s();
     let to_the_end = matches!(answer.segment.end_reason, EndReason::Noise | EndReason::Rest);
@@ -114,7 +115,7 @@ fn described(samples: &Samples, answer: &Answer, reach_s: f64) -> Range<usize> {
     samples.time.partition_point(|t| *t < from_s - reach_s)..samples.time.partition_point(|t| *t <= last_s)
 }
 
-/// Whether the losses have changed by a small part of their errors.
+/// Whether the losses changed by no more than a small fraction of their errors.
 fn is_settled(before: &Answer, now: &Answer, criteria: &BandCriteria) -> bool {
     [Parameter::DECAY_RATE, Parameter::FRICTION_DISPLACEMENT].iter().all(|parameter| {
         let pair = before.parameter(*parameter).zip(now.parameter(*parameter));
@@ -162,7 +163,8 @@ mod tests {
         }
     }
 
-    /// A mass that an impulse hits, at 0.2 s, with noise of a thousandth: the motion before it is no decay.
+    /// A mass hit by an impulse at 0.2 s, with noise of a thousandth: the motion before the impulse is not a
+    /// decay.
     #[test]
     fn a_blow_before_the_decay_is_kept_from_the_filter() {
         let struck = |repeat: usize| {

@@ -1,4 +1,4 @@
-//! Baseline: a level about which the motion swings that wanders along a curve, subtracted.
+//! Baseline: the level about which the motion oscillates, if it wanders along a curve; it is subtracted.
 
 use super::Answer;
 use super::criteria::{BaselineCriteria, Criteria};
@@ -12,34 +12,35 @@ use std::borrow::Cow;
 use std::f64::consts::TAU;
 use std::ops::Range;
 
-/// Levels of a record at most.
+/// Maximum number of levels of a record.
 const LEVELS: f64 = 400.0;
-/// Samples of a level at least.
+/// Minimum number of samples per level.
 const LEAST_SAMPLES: usize = 8;
-/// Columns of level, slope, the oscillation and its slope, and with its second harmonic.
+/// Columns of level, slope, the oscillation and its slope; then the same with the second harmonic.
 const FIRST: Range<usize> = 0..6;
 const WITH_SECOND: Range<usize> = 0..8;
 
-/// The level of a stretch of the record, and the motion about it.
+/// The level of a stretch of the record, and its second harmonic.
 struct Level {
     time_s: f64,
     value: f64,
     second: Option<SecondHarmonic>,
 }
 
-/// That of a stretch, in phase with the motion, as the square of the motion has it.
+/// Second harmonic of a stretch, in phase with the square of the motion.
 struct SecondHarmonic {
     amplitude: f64,
     squared_motion: f64,
     weight: f64,
 }
 
-/// The samples without their baseline, and it; `None` where the levels about which `answer` swings, or the
-/// strongest oscillation where there is none, lie on a parabola that is not steep, which every fit has, or where cycles
-/// are few.
+/// The samples without their baseline, and the baseline. `None` if the levels about which `answer` oscillates
+/// (or, without an answer, the strongest oscillation) lie on a parabola that is not steep, which every fit
+/// includes, or if there are few cycles.
 ///
-/// The level of each cycle is that of a local fit of level, slope and an oscillation with its slope. Of polynomials of
-/// time that with the least BIC is taken, the noise of the levels being that from one to the next.
+/// The level of each cycle comes from a local fit of level, slope and an oscillation with its slope. Of the
+/// polynomials in time the one with the least BIC is used; the noise of the levels is estimated from
+/// neighbouring levels.
 pub(crate) fn without_baseline<'a>(
     samples: &Samples<'a>,
     answer: Option<&Answer>,
@@ -50,7 +51,7 @@ pub(crate) fn without_baseline<'a>(
     if time.len() > criteria.most_samples {
         return None;
     }
-    // Before the decay a drive or a hand moves the level.
+    // Before the decay a drive or a hand shifts the level.
     let from_s = answer.map_or(time[0], |answer| answer.segment.start_s);
     let at = Position::between(from_s, time[time.len() - 1]);
     let frequency_hz = match answer {
@@ -82,7 +83,7 @@ pub(crate) fn without_baseline<'a>(
     baseline.goes_with_motion = goes_with_motion(&stretches, &baseline, criteria);
     let flat = less(time, signal, &baseline);
     baseline.range = range(signal.iter().zip(&flat).map(|(before, after)| before - after));
-    // A steep one hides frequency, rest and end before any fit.
+    // A steep parabola prevents any fit from finding frequency, rest and end.
     let first = answer.and_then(|a| a.parameter(Parameter::InitialAmplitude)).map_or(0.0, |a| a.value);
     if is_parabola && baseline.range < criteria.steep * first {
         return None;
@@ -98,7 +99,7 @@ pub(crate) fn without_baseline<'a>(
     ))
 }
 
-/// Whether an answer about samples without a baseline describes them better.
+/// Whether an answer for samples without a baseline describes them better.
 pub(crate) fn better(
     found: &Answer,
     before: Option<&Answer>,
@@ -109,7 +110,8 @@ pub(crate) fn better(
     let first = before.parameter(Parameter::InitialAmplitude).map_or(0.0, |a| a.value);
     let (found, before) = (&found.diagnostics, &before.diagnostics);
     let noise = |d: &super::Diagnostics| d.noise_rms.powi(2) * d.residual_excess.max(1.0);
-    // In single cycles a level that wanders slowly adds nothing: what makes them noisier is none.
+    // A slowly wandering level adds nothing to the noise within single cycles: a curve that increases this
+    // noise is no baseline.
     let as_quiet = found.noise_rms.powi(2) <= criteria.noise_of_wide * before.noise_rms.powi(2);
     let is_wide = baseline.range > criteria.wide * first && !baseline.goes_with_motion && as_quiet;
     let gained = if is_wide {
@@ -122,28 +124,28 @@ pub(crate) fn better(
     noise(found) < gained * noise(before)
 }
 
-/// Coefficients of a polynomial through values at instants, and the sum of squares it leaves.
+/// Coefficients of a polynomial fitted to values at given times, and the residual sum of squares.
 fn polynomial(values: &[(f64, f64)], at: &Position, degree: usize) -> Option<(Vec<f64>, f64)> {
     let rows = values.iter().map(|(t, y)| (at.basis(*t, degree), *y, 1.0));
     linear(rows, degree + 1).map(|(coefficients, _, rss)| (coefficients, rss))
 }
 
-/// A signal less a baseline.
+/// A signal minus a baseline.
 fn less(time: &[f64], signal: &[f64], baseline: &Baseline) -> Vec<f64> {
     time.iter().zip(signal).map(|(t, x)| x - baseline.value(*t)).collect()
 }
 
-/// Greatest less least of values.
+/// Maximum minus minimum of the values.
 fn range(values: impl Iterator<Item = f64>) -> f64 {
     let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
     high - low
 }
 
-/// Whether the motion moves the level, as it does where a reading bends or a spring is harder to one side: with the level
-/// it moves the second harmonic, which a level that wanders by itself leaves alone.
+/// Whether the motion itself shifts the level, as with a nonlinear reading or an asymmetric spring. Such a
+/// motion also changes the second harmonic, which a level that wanders independently does not.
 ///
-/// `q x²` raises the level by `q A²/2`, as much as it has of `cos 2φ`; a force `-α x²` lowers it by `α A²/2ω²`, three times
-/// as much.
+/// `q x²` raises the level by `q A²/2` and adds the same amplitude of `cos 2φ`; a force `-α x²` lowers the
+/// level by `α A²/2ω²`, three times that amplitude.
 fn goes_with_motion(levels: &[Level], baseline: &Baseline, criteria: &BaselineCriteria) -> bool {
     let seconds: Vec<&SecondHarmonic> = levels.iter().filter_map(|l| l.second.as_ref()).collect();
     let rows = seconds.iter().map(|h| (vec![h.squared_motion], h.amplitude, h.weight));
@@ -154,7 +156,7 @@ fn goes_with_motion(levels: &[Level], baseline: &Baseline, criteria: &BaselineCr
     slope[0].abs() > criteria.second_harmonic_errors * error && moved > criteria.second_harmonic * of_level
 }
 
-/// Levels of stretches of at least a cycle.
+/// Levels of stretches of at least one cycle.
 fn levels(time: &[f64], signal: &[f64], frequency_hz: f64) -> Vec<Level> {
     let cycles = ((time[time.len() - 1] - time[0]) * frequency_hz / LEVELS).ceil().max(1.0);
     let span_s = cycles / frequency_hz;
@@ -191,7 +193,7 @@ fn second_harmonic(sums: &Normal) -> Option<SecondHarmonic> {
     let (by, covariance, _) = linear_of(sums, &WITH_SECOND.collect::<Vec<usize>>())?;
     let (cos, sin) = (by[2], by[3]);
     let squared_motion = cos * cos + sin * sin;
-    // Those of the square of the motion, whose level is 1.
+    // Components of the square of the motion, scaled to a level of 1.
     let [cos_2, sin_2] = [(cos * cos - sin * sin) / squared_motion, 2.0 * cos * sin / squared_motion];
     let variance = cos_2 * cos_2 * covariance[(6, 6)]
         + sin_2 * sin_2 * covariance[(7, 7)]
@@ -214,7 +216,8 @@ mod tests {
     const DELTA: f64 = 0.05;
     const X_F: f64 = 0.006;
 
-    /// 50 s at 40 samples a second from 1, about a level that is given along the record, from 0 to 1.
+    /// 50 s at 40 samples per second from amplitude 1, about a level given as a function of the position in
+    /// the record (0 to 1).
     fn record(level: fn(f64) -> f64, repeat: usize) -> Record {
         let oscillator = Oscillator::kinematic(7.0, DELTA, X_F).expect("valid");
         let decay = FreeDecay::from_rest(&oscillator, 1.0).expect("valid");
@@ -248,7 +251,8 @@ mod tests {
         }
     }
 
-    /// Noise that wanders hides what a level that relaxes adds to the first amplitudes; one of 2 % may be none.
+    /// Wandering noise hides what a relaxing level adds to the first amplitudes; a range of 2 % may be no
+    /// baseline.
     #[test]
     fn a_wide_baseline_is_subtracted_without_a_gain_unless_the_motion_makes_it() {
         let answer = analyse(&record(|_| 0.0, 0), &Options::default()).expect("a ring-down");
@@ -260,7 +264,8 @@ mod tests {
         assert!(subtracted(0.2, false) && !subtracted(0.2, true) && !subtracted(0.02, false));
     }
 
-    /// Relaxing by one and a half times the first amplitude, and walking; such noise keeps the variance where it is.
+    /// The level relaxes by one and a half times the first amplitude and performs a random walk, which leaves
+    /// the variance unchanged.
     #[test]
     fn a_level_that_relaxes_and_walks_leaves_friction_and_decay_rate_where_they_are() {
         let (delta, x_f) = (0.08, 0.003);
@@ -295,7 +300,8 @@ mod tests {
             let found = without_baseline(&samples, None, &criteria);
             found.expect("the level moves along a curve").1.goes_with_motion
         };
-        // A reading that bends, and one that wanders by itself as fast as the square of the amplitude falls.
+        // A nonlinear reading, and a level that drifts by itself as fast as the square of the amplitude
+        // falls.
         for repeat in 0..8 {
             assert!(told(|x, _| x - 0.2 * x * x, repeat), "{repeat}");
             assert!(told(|x, t| x - 0.1 * (-0.13 * t).exp() + 0.2 * x * x, repeat), "{repeat}");
@@ -303,7 +309,8 @@ mod tests {
         }
     }
 
-    /// Six times as high as the motion: the levels tell the rest from the motion no more, and their mean is none of rest.
+    /// A baseline six times as high as the motion: the levels no longer separate rest and motion, and their
+    /// mean is not the rest.
     #[test]
     fn a_steep_baseline_hides_no_rest() {
         let (delta, x_f) = (0.018, 0.0093);

@@ -1,4 +1,5 @@
-//! Bent reading: a sensor curve found by the harmonics that the motion leaves, and straightened.
+//! Nonlinear reading: the sensor curve is estimated from the harmonics in the residuals of the motion, and
+//! inverted.
 
 use super::Answer;
 use super::criteria::SensorCriteria;
@@ -14,12 +15,12 @@ use crate::model::loss::LossModel;
 use crate::{Parameter, Quantity};
 use std::borrow::Cow;
 
-/// The answer by `fit` and `refine` to the straightened reading, where the samples show a second or third harmonic in
-/// phase with the motion that falls as the square or cube of the amplitude, beyond what a spring that stiffens gives. A
-/// reading that bends by more than such a curve describes is warned of.
+/// The answer of `fit` and `refine` for the straightened reading, if the samples show a second or third
+/// harmonic in phase with the motion that falls as the square or cube of the amplitude, beyond what a
+/// stiffening spring gives. A reading that is more nonlinear than such a curve describes causes a warning.
 ///
-/// Losses make harmonics in quadrature to the motion, electronics in proportion to it. The error of the curve counts in
-/// every parameter by the difference that it makes.
+/// Losses produce harmonics in quadrature to the motion, electronics produce harmonics proportional to it.
+/// The error of the curve enters every parameter through the change that it causes.
 pub(crate) fn straightened<'a>(
     samples: &Samples<'a>,
     mut answer: Answer,
@@ -51,7 +52,8 @@ pub(crate) fn straightened<'a>(
     answer
 }
 
-/// The answer to the reading straightened along a curve of which there is an estimate; `None` where no curve describes it.
+/// The answer for the reading straightened along an estimated curve; `None` if no curve describes the
+/// reading.
 fn along_curve<'a>(
     samples: &Samples<'a>,
     answer: &Answer,
@@ -60,13 +62,14 @@ fn along_curve<'a>(
     fit: &impl Fn(Samples<'a>) -> Option<Answer>,
     refine: &impl Fn(Samples<'a>, Answer) -> Answer,
 ) -> Option<Answer> {
-    // At the start the mean of a bent reading is another one.
+    // At the start the mean of a nonlinear reading differs from its centre.
     let centre = answer.fit.knots.last()?.offset;
     let straight = SensorCurve { centre, ..SensorCurve::default() };
     let along = |curve: SensorCurve| -> Option<Vec<f64>> {
         samples.signal.iter().map(|s| curve.straightened(*s)).collect()
     };
-    // An estimate by an amplitude that is read too small may bend a curve down before the highest reading.
+    // An estimate from an amplitude that is read too small may make the curve turn down below the highest
+    // reading.
     let towards = |curve: SensorCurve, estimate: &Estimate| {
         let parts = (0..criteria.halvings).map(|n| estimate.times(0.5f64.powi(n as i32)));
         parts.map(|part| part.added_to(curve)).find_map(|next| Some((next, along(next)?)))
@@ -92,13 +95,13 @@ fn along_curve<'a>(
             break;
         }
     }
-    // A second mode or another law would take up what the curve has not straightened yet.
+    // A second mode or another law would absorb what the curve has not yet straightened.
     found = refine(straight, found);
     let amplitude = found.parameter(Parameter::InitialAmplitude)?.value;
     let third = curve.third_harmonic(amplitude) / amplitude;
     found.fit.sensor_curve = Some(curve);
     let better = {
-        // Straightened noise is larger than that of the reading.
+        // The noise of the straightened signal is larger than that of the reading.
         let [one, other] = [&found.fit, &answer.fit].map(FittedMotion::range_s);
         let both = [one[0].max(other[0]), one[1].min(other[1])];
         sum_left(samples, &found.fit, both) < sum_left(samples, &answer.fit, both)
@@ -111,7 +114,7 @@ fn along_curve<'a>(
     let list: Vec<Parameter> = found.parameters.iter().map(|(p, _)| p).collect();
     let values = list.iter().map(|p| found.parameter(*p).map(|q| q.unbounded_value)).collect::<Vec<_>>();
     for change in spread.into_iter().filter(|change| *change != [0.0; 2]) {
-        // By a whole error the curve may no longer rise to the highest reading.
+        // Shifted by a full standard error, the curve may no longer rise up to the highest reading.
         let aside = |part: f64| {
             let [cubic, saturation] = change.map(|c| part * c);
             let saturation = curve.saturation + saturation;
@@ -140,14 +143,14 @@ fn along_curve<'a>(
     Some(found)
 }
 
-/// Sum of squares that a fitted motion leaves of the reading.
+/// Residual sum of squares of the reading about a fitted motion.
 fn sum_left(samples: &Samples, fit: &FittedMotion, [from, to]: [f64; 2]) -> f64 {
     let both = samples.time.iter().zip(&samples.signal[..]);
     both.filter(|(t, _)| (from..=to).contains(*t)).map(|(t, s)| (s - fit.signal_at(*t)).powi(2)).sum()
 }
 
-/// The evidence for friction of `errors` standard errors, those of the curve included: what the curve may have made of a
-/// viscous decay is no evidence.
+/// Limits the evidence for friction to that of `errors` standard errors, which include those of the curve: an
+/// apparent friction that the curve may have produced from a viscous decay is no evidence.
 fn counting_the_curve(answer: &mut Answer, errors: f64, criteria: &SensorCriteria) {
     let viscous = answer.preferred_model.is_within(LossModel::VISCOUS_SLIDING);
     let by_chance = 0.5 * chi_square_tail(errors * errors, 1.0);
@@ -164,13 +167,13 @@ fn with_error(quantity: Quantity, extra: f64) -> Quantity {
     if extra.is_finite() { quantity.with_error(extra) } else { quantity }
 }
 
-/// Whether one motion about one level was fitted.
+/// Whether the fit is a single motion about a constant level.
 fn is_plain(answer: &Answer) -> bool {
     answer.fit.baseline.is_none() && answer.second_mode.is_none() && answer.fit.knots.len() > 1
 }
 
-/// Whether the samples may bend: where every sample is compared with the motion, by the harmonics that it leaves;
-/// elsewhere by the strongest line.
+/// Whether the reading may be nonlinear: judged by the residual harmonics if every sample is compared with
+/// the motion, otherwise by the strongest harmonic line.
 fn may_bend(answer: &Answer, criteria: &SensorCriteria) -> bool {
     is_plain(answer)
         && match answer.fit.harmonics {
@@ -183,7 +186,8 @@ fn may_bend(answer: &Answer, criteria: &SensorCriteria) -> bool {
         }
 }
 
-/// Standard errors of a curve by which its effect on the parameters is measured, the first that gives a curve.
+/// Shifts of the curve, in standard errors, that measure its effect on the parameters; the first that gives a
+/// curve is used.
 const ASIDE: [f64; 6] = [1.0, -1.0, 0.5, -0.5, 0.25, -0.25];
 
 #[cfg(test)]
@@ -197,7 +201,7 @@ mod tests {
 
     const DELTA: f64 = 0.06;
 
-    /// 40 s at 40 samples a second from 1, read as `x + q x² + k x³`.
+    /// 40 s at 40 samples per second from amplitude 1, read as `x + q x² + k x³`.
     fn record(x_f: f64, curve: [f64; 2], noise: f64, repeat: usize) -> Record {
         sampled(40, x_f, curve, noise, repeat)
     }
@@ -241,7 +245,7 @@ mod tests {
         }
     }
 
-    /// It saturates by more than the curve describes.
+    /// The reading saturates by more than the curve describes.
     #[test]
     fn a_reading_that_no_curve_straightens_is_warned_of() {
         for x_f in [0.0, 0.008] {
@@ -256,7 +260,8 @@ mod tests {
         }
     }
 
-    /// Of a cubic that the third harmonic asks for here, the highest reading is below those of the record.
+    /// The cubic that the third harmonic requires here has its maximum below the highest readings of the
+    /// record.
     #[test]
     fn a_reading_that_saturates_is_straightened() {
         let options = Options::default();
@@ -281,8 +286,8 @@ mod tests {
         }
     }
 
-    /// A third harmonic this strong passes for a second mode at three times the frequency; after two rounds of straightening the
-    /// amplitude still lay standard errors off.
+    /// Such a strong third harmonic looks like a second mode at three times the frequency; after two rounds
+    /// of straightening the amplitude was still in error by several standard errors.
     #[test]
     fn many_samples_leave_no_more_of_the_curve_than_their_noise() {
         let options = Options::default();
@@ -293,7 +298,8 @@ mod tests {
         }
     }
 
-    /// What the error of the curve may have made of a viscous decay is no evidence for friction.
+    /// An apparent friction that the error of the curve may have produced from a viscous decay is no evidence
+    /// for friction.
     #[test]
     fn the_p_value_counts_the_error_of_the_curve() {
         let answer = |x_f: f64, repeat: usize| {
@@ -311,7 +317,7 @@ mod tests {
         assert!(answer(0.008, 0).sliding.detected);
     }
 
-    /// A spring that stiffens gives the motion itself a third harmonic.
+    /// A stiffening spring gives the motion itself a third harmonic.
     #[test]
     fn a_stiffening_spring_is_no_curve() {
         let stiffened = |stiffening: f64, repeat: usize| {
@@ -327,7 +333,8 @@ mod tests {
         }
     }
 
-    /// At 15° the third harmonic of `L sin θ`, 0.3 %, drowns; the frequency tells that it is there, unless an angle is read.
+    /// At 15° the third harmonic of `L sin θ`, 0.3 %, is below the noise; the frequency reveals it, unless
+    /// the record is an angle.
     #[test]
     fn a_tracked_pendulum_is_straightened_where_noise_hides_the_harmonic() {
         let top = 15f64.to_radians();
@@ -348,7 +355,7 @@ mod tests {
         assert!(count(true) >= 16 && count(false) == 0, "{} {}", count(true), count(false));
     }
 
-    /// The fit is drawn as it is read.
+    /// The fitted signal includes the nonlinearity of the reading.
     #[test]
     fn the_fit_bends_with_the_reading() {
         let read = record(0.008, [0.05, -0.1], 0.005, 0);

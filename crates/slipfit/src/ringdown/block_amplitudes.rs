@@ -1,4 +1,4 @@
-//! Amplitudes of consecutive blocks, with what noise makes of them.
+//! Amplitudes of consecutive blocks and the effect of noise on them.
 
 use super::criteria::BlockCriteria;
 use crate::signal::blocks::Block;
@@ -13,8 +13,8 @@ pub(crate) struct BlockAmplitudes<'a> {
     pub(crate) floor: Vec<f64>,
     /// Angular frequency of the oscillation, rad/s.
     pub(crate) omega: f64,
-    /// What a block of moduli reads of noise alone, `E[R²] = A² + level²`; zero for blocks of an oscillation, whose own
-    /// error is all of it.
+    /// Reading of a block of moduli due to noise alone, `E[R²] = A² + level²`; zero for blocks of an
+    /// oscillation, for which noise enters only through the standard error.
     pub(crate) level: f64,
 }
 
@@ -49,7 +49,7 @@ impl<'a> BlockAmplitudes<'a> {
         self.blocks[block].amplitude
     }
 
-    /// What a block reads where the motion has this amplitude.
+    /// Expected reading of a block if the motion has this amplitude.
     pub(crate) fn reading(&self, amplitude: f64) -> f64 {
         amplitude.hypot(self.level)
     }
@@ -64,7 +64,7 @@ impl<'a> BlockAmplitudes<'a> {
         [amplitude, error * (read / amplitude).max(1.0)]
     }
 
-    /// Running median of three, so that single blocks count for nothing.
+    /// Running median of three, so that single outlying blocks have no effect.
     pub(crate) fn smooth(&self) -> Vec<f64> {
         let last = self.blocks.len() - 1;
         (0..=last)

@@ -1,4 +1,4 @@
-//! Samples cut off at the ends of a range: the converter's, or a limiter's that moves.
+//! Clipping: samples cut off at the ends of the converter's range, or by a limiter whose level moves.
 
 use super::Answer;
 use super::criteria::ClippingCriteria;
@@ -8,9 +8,9 @@ use crate::signal::blocks::{Block, noise_rms};
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 
-/// Samples whose extremes are found together.
+/// Number of samples whose extremes are found together.
 const CHUNK: usize = 1024;
-/// Levels next to an extreme that it is compared with.
+/// Number of levels next to an extreme that it is compared with.
 const NEXT_LEVELS: usize = 4;
 
 /// The levels beyond which a record has no samples because its range ends there.
@@ -32,8 +32,8 @@ impl Ceiling {
     }
 }
 
-/// An extreme of a record is the end of its range where samples stay at it, or where crests come
-/// back to it many times and to the next level far less: the crests of a decay sweep over levels.
+/// An extreme of a record is the end of its range if samples stay at it, or if crests return to it many times
+/// and to the next level far less often (the crests of a decay sweep over the levels).
 fn ceiling(signal: &[f64], criteria: &ClippingCriteria) -> Option<Ceiling> {
     let extremes: Vec<(f64, f64)> = signal.chunks(CHUNK).map(extremes).collect();
     let (low, high) =
@@ -49,7 +49,7 @@ fn ceiling(signal: &[f64], criteria: &ClippingCriteria) -> Option<Ceiling> {
             }
             let side = usize::from(v == high);
             samples[side] += 1;
-            // A run goes on across the edge of a chunk, for its value is an extreme of both.
+            // A run continues across the edge of a chunk, since its value is an extreme of both chunks.
             let same_run = last.is_some_and(|last| last + 1 == i && signal[last] == v);
             length = if same_run { length + 1 } else { 1 };
             if !same_run {
@@ -61,7 +61,7 @@ fn ceiling(signal: &[f64], criteria: &ClippingCriteria) -> Option<Ceiling> {
         }
     }
     let stays = long_runs >= criteria.runs;
-    // A single sample at an extreme says nothing of that side.
+    // A single sample at an extreme is no evidence of clipping on that side.
     let repeated: Vec<usize> = (0..2).filter(|&side| samples[side] > 1).collect();
     let returns: usize = repeated.iter().map(|&side| runs[side]).sum();
     let returned: usize = repeated.iter().map(|&side| samples[side]).sum();
@@ -79,7 +79,7 @@ fn ceiling(signal: &[f64], criteria: &ClippingCriteria) -> Option<Ceiling> {
     (found.low.is_some() || found.high.is_some()).then_some(found)
 }
 
-/// Most samples at one of the few levels next to the highest, or lowest for a sign of -1.
+/// Largest number of samples at one of the few levels next to the highest (sign 1) or lowest (sign -1).
 fn most_at_next_levels(signal: &[f64], sign: f64) -> usize {
     let mut levels = [(f64::NEG_INFINITY, 0); NEXT_LEVELS + 1];
     for v in signal.iter().map(|v| sign * v) {
@@ -109,8 +109,8 @@ pub(crate) fn clipped_samples(
     (signal.iter().filter(clipped).count(), signal[window].iter().any(|v| clipped(&v)))
 }
 
-/// Clipped crests, as the motion fitted to them tells: two or three are too few to tell a range by
-/// themselves, and to the samples at its end the motion goes beyond it.
+/// Clipped crests detected with the fitted motion: two or three are too few to establish the range by
+/// themselves, but the motion fitted to samples at its end exceeds it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ClippedCrests {
     pub(crate) samples: usize,
@@ -118,8 +118,8 @@ pub(crate) struct ClippedCrests {
     pub(crate) end_s: f64,
 }
 
-/// Samples of the fitted window that stay at an extreme of the record while the motion fitted to them goes
-/// beyond it by more than noise does.
+/// Samples of the fitted window that stay at an extreme of the record while the fitted motion exceeds this
+/// extreme by more than the noise.
 pub(crate) fn clipped_crests(
     samples: &Samples,
     answer: &Answer,
@@ -150,7 +150,7 @@ pub(crate) fn clipped_crests(
     (runs >= criteria.cut_runs && beyond > margin * found.samples as f64).then_some(found)
 }
 
-/// The next sample at one of two levels, looked for in pieces that are compared at once.
+/// The next sample at one of two levels, searched in pieces whose samples are compared together.
 fn next_of(signal: &[f64], from: usize, levels: [f64; 2]) -> Option<usize> {
     const PIECE: usize = 64;
     let is_one = |x: &f64| (*x == levels[0]) | (*x == levels[1]);
@@ -160,8 +160,8 @@ fn next_of(signal: &[f64], from: usize, levels: [f64; 2]) -> Option<usize> {
     signal.get(first..)?.iter().position(is_one).map(|k| first + k)
 }
 
-/// How many of the first blocks are clipped or lie before clipped ones. `None` where there are
-/// none, or where too few blocks remain behind them.
+/// Number of first blocks that are clipped or precede clipped ones. `None` if there are none, or if too few
+/// blocks remain after them.
 pub(crate) fn clipped_blocks(
     blocks: &[Block],
     signal: &[f64],
@@ -171,7 +171,7 @@ pub(crate) fn clipped_blocks(
     let mut clipped = flattened(blocks, signal, converter_step, criteria);
     if let Some(ceiling) = ceiling(signal, criteria) {
         let first = first_large(blocks, signal, criteria)?;
-        // A crest clipped for a sample or two looks round, but touches the ceiling.
+        // A crest clipped for one or two samples looks round, but touches the ceiling.
         let mut reach = clipped.max(first);
         for (i, block) in blocks.iter().enumerate().skip(reach) {
             let part = reach.saturating_sub(first).div_ceil(criteria.straggler_part);
@@ -183,7 +183,7 @@ pub(crate) fn clipped_blocks(
             }
         }
         if clipped > 0 {
-            // Of crests near the ceiling only those that noise pushed down have not touched it.
+            // Of the crests near the ceiling, only those lowered by noise have not touched it.
             let margin = criteria.margin_errors * noise_rms(&blocks[clipped.min(blocks.len() - 1)..]);
             let near = |b: &&Block| ceiling.is_reached(b.offset, b.amplitude + margin);
             clipped += blocks[clipped..].iter().take_while(near).count();
@@ -192,8 +192,8 @@ pub(crate) fn clipped_blocks(
     (clipped > 0 && blocks.len() >= clipped + criteria.least_after).then_some(clipped)
 }
 
-/// The first block about as large as the largest, blocks of noise with an amplitude that the range
-/// of the samples excludes left aside: a square wave's fundamental is `4/pi` of half its range.
+/// The first block about as large as the largest, ignoring noise blocks whose amplitude exceeds what the
+/// range of the samples allows: the fundamental of a square wave is `4/pi` of half its range.
 fn first_large(blocks: &[Block], signal: &[f64], criteria: &ClippingCriteria) -> Option<usize> {
     let (low, high) = extremes(signal);
     let most = 2.0 / PI * (high - low);
@@ -202,8 +202,8 @@ fn first_large(blocks: &[Block], signal: &[f64], criteria: &ClippingCriteria) ->
     blocks.iter().position(|b| b.amplitude >= large && b.amplitude <= most)
 }
 
-/// Counts the first blocks from the first large one on for as long as their crests are flat. The
-/// ceiling may move from block to block, as a limiter's does.
+/// Counts the blocks from the first large one as long as their crests are flat. The ceiling may move from
+/// block to block, as that of a limiter does.
 fn flattened(blocks: &[Block], signal: &[f64], converter_step: f64, criteria: &ClippingCriteria) -> usize {
     let Some(from) = first_large(blocks, signal, criteria) else { return 0 };
     let mut end = 0;
@@ -214,12 +214,12 @@ fn flattened(blocks: &[Block], signal: &[f64], converter_step: f64, criteria: &C
             break;
         }
     }
-    // The last crests to touch the ceiling are clipped for a sample or two and look round.
+    // The last crests that touch the ceiling are clipped for only one or two samples and look round.
     if end == 0 { 0 } else { (end + (end - from).div_ceil(criteria.margin_part)).min(blocks.len()) }
 }
 
-/// Whether many crests repeat one value for longer than the crest of a sinusoid on the
-/// converter's steps would.
+/// Whether many crests repeat one value for longer than the crest of a sinusoid quantised in the converter's
+/// steps would.
 fn is_flat(block: &Block, signal: &[f64], converter_step: f64, criteria: &ClippingCriteria) -> bool {
     let cycles = block.omega * block.span_s / TAU;
     let a = block.amplitude;
@@ -265,8 +265,8 @@ mod tests {
         }
     }
 
-    /// Two crests of six cycles, three samples each: too few to tell a range by, until the motion fitted to them
-    /// goes beyond it.
+    /// Two clipped crests of six cycles, three samples each: too few to establish a range until the fitted
+    /// motion exceeds it.
     #[test]
     fn two_clipped_crests_are_left_out() {
         let (q, x_f, noise) = (30.0, 0.026, 0.01);
@@ -283,7 +283,7 @@ mod tests {
         assert!(matches!(told, Some(Warning::Clipped { samples: 4..=12, inside: false })), "{told:?}");
     }
 
-    /// Crests that touch the ceiling for a sample or two, as with few samples in a cycle.
+    /// Crests that touch the ceiling for one or two samples, as with few samples per cycle.
     #[test]
     fn a_level_that_crests_come_back_to_is_the_end_of_the_range() {
         let criteria = ClippingCriteria::default();
@@ -305,7 +305,7 @@ mod tests {
         assert!(end > 600, "{count} samples to {end}");
     }
 
-    /// A decay through a limiter whose ceiling falls, then free of it.
+    /// A decay through a limiter whose ceiling falls, later unclipped.
     #[test]
     fn a_falling_ceiling_clips_and_the_steps_of_a_converter_do_not() {
         let block = |first: usize, amplitude: f64| Block {

@@ -1,4 +1,4 @@
-//! Variance of the losses from cycle to cycle, by the [jackknife](crate::inference::jackknife).
+//! Variance of the losses between cycles, by the [jackknife](crate::inference::jackknife).
 
 use super::envelope::{A0, DELTA, EnvelopeProblem, X_F};
 use super::waveform::{OMEGA, RestLevel, Waveform};
@@ -7,13 +7,14 @@ use crate::inference::least_squares::Fit;
 use nalgebra::DVector;
 use std::f64::consts::TAU;
 
-/// Places among the free parameters of those whose variance is looked at.
+/// Positions, among the free parameters, of those whose variance is examined.
 fn watched(fit: &Fit) -> Vec<usize> {
     [A0, X_F, DELTA].iter().filter_map(|slot| fit.free.iter().position(|f| f == slot)).collect()
 }
 
-/// Variance of the loss or the amplitude that cycles, or clusters of them, and the rest move most, over that under white
-/// noise of `variance` a sample; 1 where it is not significantly larger.
+/// Variance inflation from the scatter between cycles (or clusters of cycles, and the rest): the largest
+/// ratio, over loss and amplitude, to the variance under white noise of `variance` per sample; 1 if it is not
+/// significantly larger.
 pub(super) fn inflation_of_samples(problem: &Waveform, fit: &Fit, variance: f64, significance: f64) -> f64 {
     let (p, free) = (&fit.parameters, &fit.free);
     let moving_s = problem.moving_s(p);
@@ -22,7 +23,7 @@ pub(super) fn inflation_of_samples(problem: &Waveform, fit: &Fit, variance: f64,
     let at = |time_s: f64| problem.time.partition_point(|t| *t < problem.origin + time_s);
     let borders: Vec<usize> = (1..=count as usize).map(|k| at(k as f64 * cluster_s)).collect();
     let Some(mut parts) = problem.sums_of_parts(p, free, &borders) else { return 1.0 };
-    // A rest with a level of its own says nothing of the motion.
+    // A rest with its own level carries no information about the motion.
     if problem.rest != RestLevel::Exact {
         parts.truncate(borders.len());
     }
@@ -30,7 +31,7 @@ pub(super) fn inflation_of_samples(problem: &Waveform, fit: &Fit, variance: f64,
     variance_inflation(&clusters, &watched(fit), variance, significance)
 }
 
-/// The same of amplitudes with a `variance` of weight 1.
+/// The same for amplitudes, with `variance` at weight 1.
 pub(super) fn inflation_of_amplitudes(
     problem: &EnvelopeProblem,
     fit: &Fit,
@@ -73,7 +74,8 @@ mod tests {
         }
     }
 
-    /// An encoder without noise reads the motion to its end and some of the rest, 300 steps to the first amplitude.
+    /// An encoder without noise reads the motion to its end and part of the rest; the first amplitude is 300
+    /// steps.
     #[test]
     fn steps_without_noise_leave_the_intervals_right() {
         assert_losses_held(60.0, 0.5, |decay, repeat| {
@@ -85,7 +87,7 @@ mod tests {
         });
     }
 
-    /// Noise that is thirty times as loud where the motion begins.
+    /// Noise thirty times as large at the start of the motion.
     #[test]
     fn noise_that_is_louder_at_the_start_leaves_the_intervals_right() {
         assert_losses_held(250.0, 0.3, |decay, repeat| {

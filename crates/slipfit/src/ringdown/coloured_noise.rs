@@ -1,4 +1,4 @@
-//! Noise about the frequency of the motion, where it is more than the noise inside single cycles.
+//! Noise near the frequency of the motion, if it exceeds the noise inside single cycles.
 
 use super::criteria::ColouredNoiseCriteria;
 use super::samples::Samples;
@@ -11,16 +11,16 @@ use crate::numeric::robust::median;
 use crate::signal::blocks::{Block, PhaseAt, demodulate};
 use std::f64::consts::{LN_2, TAU};
 
-/// Rounds in which the noise is measured and the record looked at again.
+/// Rounds of measuring the noise and analysing the record again.
 const ROUNDS: usize = 2;
-/// Samples without which a stretch has no amplitude.
+/// Minimum number of samples for the amplitude of a stretch.
 const LEAST_SAMPLES: usize = 6;
-/// Decades of the ratio of relative to absolute variance either side of equal ones, and steps in each.
+/// Decades of the ratio of relative to absolute variance on either side of equality, and steps per decade.
 const DECADES: i32 = 6;
 const PER_DECADE: i32 = 10;
 
-/// The answer by `refit` with the noise that the amplitudes show, where that is more than the noise
-/// inside single cycles.
+/// The answer of `refit` with the noise that the amplitudes show, if that exceeds the noise inside single
+/// cycles.
 pub(crate) fn with_coloured_noise<'a>(
     mut samples: Samples<'a>,
     mut answer: Answer,
@@ -33,7 +33,7 @@ pub(crate) fn with_coloured_noise<'a>(
         let Some(inflation) = at_rest.or_else(by_scatter) else { break };
         samples.noise_inflation *= inflation;
         let before = answer.diagnostics.noise_rms * answer.diagnostics.noise_inflation.sqrt();
-        // Recorded amplitudes and records of a cycle or two have a noise of their own.
+        // Recorded amplitudes and records of one or two cycles have their own noise estimate.
         let taken = |found: &Answer| found.diagnostics.noise_rms > before;
         let Some(mut found) = refit(samples.clone()).filter(taken) else { break };
         found.diagnostics.noise_inflation = samples.noise_inflation;
@@ -44,13 +44,13 @@ pub(crate) fn with_coloured_noise<'a>(
     answer
 }
 
-/// Variance of the noise of the amplitudes over that which the noise inside single cycles gives;
-/// `None` where the amplitudes scatter by no more, where what they scatter by goes with the
-/// amplitude, or where their residuals have a shape.
+/// Ratio of the noise variance of the amplitudes to that expected from the noise inside single cycles; `None`
+/// if the amplitudes scatter by no more, if their scatter is proportional to the amplitude, or if their
+/// residuals have a shape.
 ///
-/// Inside a cycle the noise of low frequencies looks like an offset and a slope. Noise with a
-/// spectral density that falls with frequency (1/f, AR(1)) is therefore underestimated there, and its
-/// scatter looks like a law that is wrong by a part of the amplitude.
+/// Inside a cycle low-frequency noise looks like an offset and a slope. Noise with a spectral density that
+/// falls with frequency (1/f, AR(1)) is therefore underestimated there, and its scatter resembles a law in
+/// error by a fraction of the amplitude.
 fn noise_inflation(answer: &Answer, criteria: &ColouredNoiseCriteria) -> Option<f64> {
     let used = || answer.envelope.iter().filter(|p| p.used && p.std_error > 0.0 && p.fitted.is_finite());
     let points: Vec<Scatter> = used()
@@ -71,7 +71,7 @@ fn noise_inflation(answer: &Answer, criteria: &ColouredNoiseCriteria) -> Option<
     if autocorrelation(&scaled).abs() > criteria.significance / n.sqrt() {
         return None;
     }
-    // None, or from what no amplitude shows to what hides the noise of all.
+    // Zero, or from a ratio too small to affect any amplitude to one at which it dominates all noise.
     let mean = |value: fn(&Scatter) -> f64| points.iter().map(value).sum::<f64>() / n;
     let equal = mean(|p| p.floor) / mean(|p| p.square).max(f64::MIN_POSITIVE);
     let grid = (-DECADES * PER_DECADE..=DECADES * PER_DECADE)
@@ -84,8 +84,9 @@ fn noise_inflation(answer: &Answer, criteria: &ColouredNoiseCriteria) -> Option<
     (inflation > 1.0 && gain > criteria.significance.powi(2)).then_some(inflation)
 }
 
-/// The same by what oscillates at the frequency of the motion after it: a median, so that single
-/// disturbances do not count. `None` where the record ends with the motion or the noise is white.
+/// The same ratio from the signal at the frequency of the motion after the motion has ended. A median is
+/// used, so that single disturbances have no effect. `None` if the record ends with the motion or the noise
+/// is white.
 fn inflation_at_rest(samples: &Samples, answer: &Answer, criteria: &ColouredNoiseCriteria) -> Option<f64> {
     if !matches!(answer.segment.end_reason, EndReason::Noise | EndReason::Rest) {
         return None;
@@ -101,7 +102,7 @@ fn inflation_at_rest(samples: &Samples, answer: &Answer, criteria: &ColouredNois
     let mut blocks = Vec::new();
     while first < samples.len() {
         let start_s = samples.time[first];
-        // Late on the clock a block may be shorter than the stamps tell.
+        // At large time values a block may be shorter than the time stamps resolve.
         let end = samples.time.partition_point(|t| *t < start_s + span_s).max(first + 1);
         if end == samples.len() {
             break;
@@ -120,11 +121,11 @@ fn inflation_at_rest(samples: &Samples, answer: &Answer, criteria: &ColouredNois
     let mut powers: Vec<f64> =
         found.iter().map(|b| 0.5 * (b.amplitude.powi(2) + b.quadrature.powi(2)) / b.unit_variance).collect();
     let n = powers.len() as f64;
-    // A power of two normal parts is exponential: its median is ln 2 of its mean.
+    // A power of two normal components has an exponential distribution: its median is ln 2 times its mean.
     let variance = median(&mut powers)? / LN_2;
     let noise = answer.diagnostics.noise_rms.powi(2) * answer.diagnostics.noise_inflation;
     let inflation = variance / noise;
-    // The median of n exponential values is known to a part of 1/(ln 2 sqrt(n)).
+    // The median of n exponential values has a relative error of 1/(ln 2 sqrt(n)).
     let error = 1.0 / (LN_2 * n.sqrt());
     (inflation.is_finite() && inflation > 1.0 + criteria.significance * error).then_some(inflation)
 }
