@@ -1,4 +1,4 @@
-//! Every loss model on the data of one decay.
+//! Fits of every loss model to the data of one decay.
 
 use super::envelope::{A0, DELTA, DRAG, X_F};
 use crate::inference::criteria::InferenceCriteria;
@@ -13,7 +13,7 @@ use crate::motion::decay::parameters::{first_shape, shape_slot};
 use crate::numeric::order::sort_by_value;
 use std::f64::consts::PI;
 
-/// Where every fit of a decay keeps the coefficient of a loss term.
+/// Index of the coefficient of a loss term in the parameters of every fit of a decay.
 pub(crate) fn slot(term: LossTerm) -> usize {
     match term {
         LossTerm::Sliding => X_F,
@@ -25,23 +25,24 @@ pub(crate) fn slot(term: LossTerm) -> usize {
     }
 }
 
-/// Initial amplitude and the coefficients of every loss term compared, given the model asked for.
+/// Indices of the initial amplitude and of the coefficients of all loss terms compared, given the requested
+/// model.
 pub(crate) fn loss_parameters(asked: Option<LossModel>) -> Vec<usize> {
     let mut list: Vec<usize> = std::iter::once(A0).chain(LossTerm::compared(asked).flat_map(slots)).collect();
     list.sort_unstable();
     list
 }
 
-/// Where the coefficient of a loss term stands, and the parameter of its shape if it has one.
+/// Index of the coefficient of a loss term, and of its shape parameter if it has one.
 pub(crate) fn slots(term: LossTerm) -> impl Iterator<Item = usize> {
     std::iter::once(slot(term)).chain(shape_slot(term))
 }
 
-/// Part of the loss that a term whose shape has a parameter takes where a search begins.
+/// Share of the loss that a term with a shape parameter has at the start of a search.
 const SHAPED_SHARE: f64 = 0.5;
 
-/// Puts the terms of the model asked for whose shape has a parameter into start values: without a loss by
-/// such a term the data say nothing of its shape.
+/// Includes those terms of the requested model that have a shape parameter in the start values: if such a
+/// term causes no loss, the data carry no information about its shape.
 pub(crate) fn offer(start: &[f64], asked: Option<LossModel>) -> Vec<f64> {
     let mut offered = start.to_vec();
     for term in LossTerm::further_of(asked) {
@@ -55,7 +56,7 @@ pub(crate) fn offer(start: &[f64], asked: Option<LossModel>) -> Vec<f64> {
     offered
 }
 
-/// Free parameters of a model: amplitude, its loss terms, the nuisances.
+/// Free parameters of a model: amplitude, its loss terms, the nuisance parameters.
 fn free_of(model: LossModel, nuisance: &[usize]) -> Vec<usize> {
     let mut free: Vec<usize> =
         [A0].into_iter().chain(model.terms().flat_map(slots)).chain(nuisance.iter().copied()).collect();
@@ -63,13 +64,13 @@ fn free_of(model: LossModel, nuisance: &[usize]) -> Vec<usize> {
     free
 }
 
-/// Whether a fit of these parameters is that of a model: without a loss that the model has not.
+/// Whether a fit with these free parameters is a fit of the model, i.e. without losses that the model lacks.
 fn is_fit_of(fit: &Fit, model: LossModel, free: &[usize]) -> bool {
     let absent = LossTerm::ALL.iter().filter(|term| !model.has(**term));
     fit.free == free && absent.copied().all(|term| fit.parameters[slot(term)] == 0.0)
 }
 
-/// Coefficients that each give all of a loss by themselves, at one amplitude.
+/// Coefficients for which a single term accounts for the whole loss at a given amplitude.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct WholeLoss {
     decay_rate: f64,
@@ -78,12 +79,12 @@ pub(crate) struct WholeLoss {
 }
 
 impl WholeLoss {
-    /// Those of a loss of `decay_rate` per second of the `amplitude` at `omega`.
+    /// The coefficients for a loss of `decay_rate` per second of the `amplitude` at `omega`.
     pub(crate) fn new(decay_rate: f64, amplitude: f64, omega: f64) -> Self {
         Self { decay_rate, friction_displacement: decay_rate * amplitude * PI / (2.0 * omega), amplitude }
     }
 
-    /// The coefficient of a term that makes up all of the loss.
+    /// The coefficient of a term that accounts for the whole loss.
     fn of(&self, term: LossTerm) -> f64 {
         match term {
             LossTerm::Viscous => self.decay_rate,
@@ -94,27 +95,27 @@ impl WholeLoss {
     }
 }
 
-/// What is compared, and how.
+/// Settings of the comparison.
 #[derive(Clone, Copy)]
 pub(crate) struct Search<'a> {
-    /// The model asked for, whose terms take part.
+    /// The requested model, whose terms are included.
     pub(crate) asked: Option<LossModel>,
     pub(crate) models: Models,
     /// The fit that gave the start values.
     pub(crate) begun: Option<&'a Fit>,
     /// Whether there may be several minima.
     pub(crate) side_minima: bool,
-    /// By what the models are judged in the end where the problem is an approximation.
+    /// The exact problems for the final comparison if the problem itself is an approximation.
     pub(crate) last: Option<LastSteps<'a>>,
     pub(crate) criteria: &'a InferenceCriteria,
 }
 
-/// A problem without its approximations.
+/// The problem without approximations.
 #[derive(Clone, Copy)]
 pub(crate) struct LastSteps<'a> {
-    /// To far below a standard error.
+    /// Accurate to far below a standard error.
     pub(crate) closely: &'a dyn LeastSquares,
-    /// To rounding.
+    /// Accurate to rounding.
     pub(crate) exact: &'a dyn LeastSquares,
 }
 
@@ -122,25 +123,25 @@ pub(crate) struct LastSteps<'a> {
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Models {
     All,
-    /// Without those predicted to lie above a larger one by more than so many variances of the noise: none of
-    /// them becomes the preferred one.
+    /// Without models predicted to exceed the residual sum of squares of a larger one by more than this many
+    /// noise variances: none of them can become the preferred one.
     Rivals {
         within: f64,
     },
 }
 
-/// Shares of the loss at the first amplitude that sliding friction takes in the starts of the search.
+/// Shares of sliding friction in the loss at the first amplitude used as starts of the search.
 const SLIDING_SHARES: [f64; 4] = [0.1, 0.35, 0.65, 0.9];
 
-/// Fits every model compared, given the one asked for, from several starts and keeps the lowest sum
-/// of squares of each.
+/// Fits every model to be compared, given the requested one, from several starts and keeps the lowest sum of
+/// squares for each.
 ///
-/// `start` holds the amplitude, loss coefficients and the nuisances; `whole` is the coefficient that
-/// each term would have if it made up all loss at the first amplitude. Where friction stops the
-/// motion inside the record, the sum of squares has a minimum for every number of swings: with
-/// `side_minima` viscous and sliding loss are begun at [`SLIDING_SHARES`] of the loss as well. Models
-/// with more terms begin at their fit, models with fewer where the quadratic form of a larger one is
-/// least without the terms they lack, or with all loss in one of theirs.
+/// `start` contains the amplitude, the loss coefficients and the nuisance parameters; `whole` gives the
+/// coefficient that each term would have if it accounted for the whole loss at the first amplitude. If
+/// friction stops the motion inside the record, the sum of squares has a minimum for every number of half
+/// cycles: with `side_minima` viscous and sliding loss are also started at [`SLIDING_SHARES`] of the loss.
+/// Models with more terms start from that fit. Models with fewer terms start at the minimum of the quadratic
+/// form of a larger model with the absent terms set to zero, or with the whole loss in one of their terms.
 pub(crate) fn compare(
     problem: &dyn LeastSquares,
     start: &[f64],
@@ -150,7 +151,7 @@ pub(crate) fn compare(
     Search { asked, models, begun, side_minima, last, criteria }: Search,
 ) -> ModelComparison {
     let mut fits: Vec<(LossModel, Fit)> = Vec::new();
-    // Models that the others begin from.
+    // Models whose fits serve as starts for the others.
     let largest = LossModel::compared(asked).last().unwrap_or(LossModel::VISCOUS_SLIDING);
     let first = [LossModel::VISCOUS_SLIDING, largest];
     let fit_one = |model: LossModel, fits: &[(LossModel, Fit)]| {
@@ -170,7 +171,7 @@ pub(crate) fn compare(
             }
         }
         let starts = starts(model, fits, start, &whole, side_minima);
-        // The largest model with a shape is fitted first, and the others begin at it.
+        // The largest model with a shape is fitted first; the others start from it.
         let new_shape = |term: &&LossTerm| model.has(**term) && fits.iter().all(|(m, _)| !m.has(**term));
         let starts = match LossTerm::shaped().iter().find(new_shape) {
             Some(_) => settled_but_for_shapes(problem, starts, &free),
@@ -184,7 +185,7 @@ pub(crate) fn compare(
             fits.extend(fit_one(model, &fits).map(|fit| (model, fit)));
         }
     }
-    // Where the largest model has negative losses, it is fitted without them as well.
+    // If the largest model has negative losses, it is also fitted without them.
     let mut model = largest;
     while let Some(inside) = without_negative(&fits, model) {
         if fits.iter().all(|(m, _)| *m != inside) {
@@ -193,7 +194,7 @@ pub(crate) fn compare(
         }
         model = inside;
     }
-    // No model is worse than one within it.
+    // No model may fit worse than a model nested in it.
     for i in 0..fits.len() {
         let (model, rss) = (fits[i].0, fits[i].1.rss);
         let within =
@@ -216,8 +217,8 @@ pub(crate) fn compare(
     if left.is_empty() { comparison } else { ModelComparison::new(&fits, slot, noise, criteria) }
 }
 
-/// What an approximation found is in the table: the last step is taken without it. Those are returned for which no other
-/// is left, viscous and sliding loss unless they are far above the best one.
+/// The table contains fits of the approximate problem; the last step is taken with the exact one. Returns the
+/// models that need no further step: viscous and sliding loss, unless they are far above the best one.
 fn take_last_steps(
     fits: &mut [(LossModel, Fit)],
     LastSteps { closely, exact }: LastSteps,
@@ -229,7 +230,7 @@ fn take_last_steps(
     let is_begun = |fit: &Fit| begun.is_some_and(|b| b.parameters == fit.parameters);
     let mut known: Vec<LossModel> = fits.iter().filter(|(_, f)| is_begun(f)).map(|(m, _)| *m).collect();
     for (model, fit) in fits.iter_mut().filter(|(_, fit)| !is_begun(fit)) {
-        // Of a model far above the best one, one step tells by how much.
+        // For a model far above the best one, one step is enough to determine the difference.
         let rise = fit.rss - least;
         let far = rise > criteria.no_rival * noise.residual_variance(fit);
         let reported = model.is_within(LossModel::VISCOUS_SLIDING) && !far;
@@ -246,23 +247,23 @@ fn take_last_steps(
     known
 }
 
-/// A fitted model without its losses below zero; `None` where it has none, or no others.
+/// A fitted model without its negative losses; `None` if it has none, or only negative ones.
 fn without_negative(fits: &[(LossModel, Fit)], model: LossModel) -> Option<LossModel> {
     let (_, fit) = fits.iter().find(|(m, _)| *m == model)?;
     let negative: Vec<LossTerm> = model.terms().filter(|t| fit.parameters[slot(*t)] < 0.0).collect();
     if negative.is_empty() { None } else { model.without(&negative) }
 }
 
-/// A model whose sum of squares, predicted by the quadratic form of a larger fit, exceeds that by more than `no_rival`
-/// variances of the noise.
+/// A model whose sum of squares, predicted from the quadratic form of a larger fit, exceeds that fit's by
+/// more than `no_rival` noise variances.
 struct DistantModel {
     free: Vec<usize>,
     start: Vec<f64>,
-    /// Sum of squares of the larger one.
+    /// Sum of squares of the larger fit.
     rss: f64,
-    /// How far above it the form puts the model, in variances of the noise.
+    /// Predicted rise above the larger fit, in noise variances.
     rise: f64,
-    /// Sum of squares above it that makes a model no rival.
+    /// Rise of the sum of squares above which the model is no rival.
     least: f64,
 }
 
@@ -289,24 +290,24 @@ impl DistantModel {
         })
     }
 
-    /// Its fit, begun where the form is least alone, and to within a standard error: neither another minimum
-    /// nor a closer fit makes it a rival. `None` where it is one after all.
+    /// Fit started only at the minimum of the quadratic form, and accurate to a standard error: neither
+    /// another minimum nor a closer fit would make the model a rival. `None` if it turns out to be one.
     fn fit(&self, problem: &dyn LeastSquares) -> Option<Fit> {
         let found = minimise_roughly(problem, &self.start, &self.free, FAR_TOLERANCE)?;
         (found.rss - self.rss > self.least).then_some(found)
     }
 }
 
-/// Standard errors to within which such a model is fitted.
+/// Tolerance, in standard errors, to which such a model is fitted.
 const FAR_TOLERANCE: f64 = 1.0;
 
-/// Part of its rise over the best model that such a model may gain by its last step.
+/// Fraction of its rise above the best model by which the last step may improve such a model.
 const FAR_STEP: f64 = 0.1;
 
-/// Relative difference of sums of squares that is rounding.
+/// Relative difference of sums of squares that is attributed to rounding.
 const NESTED_TOLERANCE: f64 = 1e-9;
 
-/// Where the search for the minimum of a model begins.
+/// Start values of the search for the minimum of a model.
 fn starts(
     model: LossModel,
     fits: &[(LossModel, Fit)],
@@ -334,13 +335,13 @@ fn starts(
     });
     if let Some((_, smaller)) = fits.iter().rfind(|(m, _)| m.is_within(model)) {
         let lower = of_larger.as_ref().is_some_and(|(rss, _)| *rss < smaller.rss);
-        // Of a single minimum the better start is enough.
+        // If there is a single minimum, the better start is enough.
         if side_minima || !lower {
             list.push(smaller.parameters.clone());
         }
     }
     let of_larger = of_larger.map(|(_, p)| p);
-    // The larger one was begun at every shape.
+    // The fit of the larger model has already tried every shape.
     let shapes_tried = of_larger.is_some() && LossModel::further_named(Some(model)) > 1;
     if !shapes_tried {
         let viscous = with_losses(&[(LossTerm::Viscous, whole.decay_rate)]);
@@ -348,7 +349,7 @@ fn starts(
     }
     list.extend(of_larger);
     if model.terms().any(|term| !term.is_compared() && !term.is_shaped()) {
-        // The search for the motion had the terms asked for free already.
+        // The search for the motion already had the requested terms free.
         let found: Vec<(LossTerm, f64)> = model.terms().map(|term| (term, start[slot(term)])).collect();
         list.push(with_losses(&found));
     }
@@ -373,7 +374,7 @@ pub(crate) fn sliding_starts(start: &[f64], whole: &WholeLoss) -> [Vec<f64>; SLI
     })
 }
 
-/// Start values without the parameters of shapes that are no part of the model.
+/// Start values without the shape parameters of terms that the model lacks.
 fn without_shapes(model: LossModel, mut p: Vec<f64>) -> Vec<f64> {
     for slot in LossTerm::shaped().iter().filter(|t| !model.has(**t)).filter_map(|t| shape_slot(*t)) {
         p[slot] = 0.0;
@@ -381,8 +382,8 @@ fn without_shapes(model: LossModel, mut p: Vec<f64>) -> Vec<f64> {
     p
 }
 
-/// Starts of a model with a term whose shape has a parameter: the fit of the model without that term, or
-/// viscous loss, gives up a part of its losses to it, for each shape from which the search begins.
+/// Starts of a model with a term that has a shape parameter: the fit of the model without that term, or
+/// viscous loss, transfers a share of its losses to the term, for each start value of the shape.
 fn shaped_starts(
     model: LossModel,
     fits: &[(LossModel, Fit)],
@@ -408,8 +409,8 @@ fn shaped_starts(
     list
 }
 
-/// Starts with everything but the parameters of shapes fitted: the sum of squares falls along a curved valley
-/// from one shape to another, and the fit goes the rest of the way from the lowest place.
+/// Starts with all parameters but the shapes fitted: the sum of squares falls along a curved valley from one
+/// shape to another, and the final fit starts from its lowest point.
 fn settled_but_for_shapes(
     problem: &dyn LeastSquares,
     starts: Vec<Vec<f64>>,
@@ -424,26 +425,27 @@ fn settled_but_for_shapes(
         minimise_until(problem, &start, &fixed, SETTLED_TOLERANCE, true).map_or(start, |fit| fit.parameters)
     };
     let settled: Vec<Vec<f64>> = starts.into_iter().map(settled).collect();
-    // A shape far off is often made up for by losses below zero, in a minimum of its own.
+    // A shape far off is often compensated by negative losses, in a separate minimum.
     let possible = |p: &&Vec<f64>| LossTerm::ALL.iter().all(|t| p[slot(*t)] >= 0.0);
     let within: Vec<Vec<f64>> = settled.iter().filter(possible).cloned().collect();
     if within.is_empty() { settled } else { within }
 }
 
-/// Standard errors to within which all but the shape is fitted where a search begins.
+/// Tolerance, in standard errors, to which all parameters but the shape are fitted at the start of a search.
 const SETTLED_TOLERANCE: f64 = 1.0;
 
-/// Standard errors to within which a model is fitted; the last step, smaller than that, is taken.
+/// Tolerance, in standard errors, to which a model is fitted; the last step, which is smaller, is still
+/// taken.
 const FIT_TOLERANCE: f64 = 0.03;
 
-/// Starts from which a model with several minima is fitted, of those with the lowest sums of squares.
+/// Number of starts, those with the lowest sums of squares, from which a model with several minima is fitted.
 const FITTED_STARTS: usize = 2;
 
-/// Starts tried in place of those from which no minimum is reached.
+/// Number of further starts tried in place of those that reach no minimum.
 const SPARE_STARTS: usize = 3;
 
-/// The lowest minimum reached from the `tried` starts with the lowest sums of squares, or from those next to them
-/// where there is none.
+/// The lowest minimum reached from the `tried` starts with the lowest sums of squares, or from the next ones
+/// if some of these reach none.
 pub(crate) fn best_of(
     problem: &dyn LeastSquares,
     starts: &[Vec<f64>],

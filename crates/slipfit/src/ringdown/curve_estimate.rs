@@ -1,4 +1,4 @@
-//! Estimate of a sensor curve from the harmonics that a fitted motion leaves.
+//! Estimate of a sensor curve from the harmonics in the residuals of a fitted motion.
 
 use super::Answer;
 use super::criteria::SensorCriteria;
@@ -10,17 +10,18 @@ use crate::model::displacement::{Coordinate, DisplacementUnit};
 use crate::signal::noise_density::density_near;
 use std::ops::Range;
 
-/// Columns of what is left of a reading, that of saturation last.
+/// Columns of the regression of the residuals of a reading; that of saturation is the last.
 const COLUMNS: usize = SATURATION + 1;
 const SATURATION: usize = 9;
 
-/// Coefficients by which a reading still bends, and the covariance of the odd ones.
+/// Coefficients of the remaining nonlinearity of a reading, and the covariance of the odd ones.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Estimate {
     pub(super) quadratic: f64,
-    /// Cubic coefficient and that of saturation.
+    /// Cubic coefficient and saturation coefficient.
     pub(super) odd: [f64; 2],
-    /// Lower triangle of Cholesky: a change of both for each of its columns.
+    /// Cholesky factor (lower triangular) of their covariance: each of its columns is a change of both
+    /// coefficients.
     pub(super) spread: [[f64; 2]; 2],
 }
 
@@ -31,12 +32,12 @@ impl Estimate {
         [first.abs(), along.hypot(across)]
     }
 
-    /// A part of it, as sure as the whole.
+    /// A fraction of the estimate, with the same errors as the whole.
     pub(super) fn times(&self, part: f64) -> Self {
         Self { quadratic: part * self.quadratic, odd: self.odd.map(|c| part * c), ..*self }
     }
 
-    /// What is added to a curve.
+    /// The curve with the estimate added.
     pub(super) fn added_to(&self, curve: SensorCurve) -> SensorCurve {
         let [cubic_std_error, saturation_std_error] = self.errors();
         SensorCurve {
@@ -50,9 +51,9 @@ impl Estimate {
     }
 }
 
-/// Cubic coefficient of a tracker that sees the horizontal place `L sin θ` of a pendulum, by how the frequency falls with
-/// the amplitude: `f = f₀ (1 + b A²)` with `b = -1/(16 L²)`, and `k = -1/(6 L²)`. `None` where it does not fall, or an angle
-/// is read.
+/// Cubic coefficient of a tracker that sees the horizontal position `L sin θ` of a pendulum, from the
+/// decrease of frequency with amplitude: `f = f₀ (1 + b A²)` with `b = -1/(16 L²)`, and `k = -1/(6 L²)`.
+/// `None` if the frequency does not decrease, or if the record is an angle.
 pub(super) fn of_pendulum(answer: &Answer) -> Option<f64> {
     let falls = answer.backbone.as_ref().map(|b| b.quadratic).filter(|b| *b < 0.0)?;
     let angle =
@@ -60,7 +61,7 @@ pub(super) fn of_pendulum(answer: &Answer) -> Option<f64> {
     (!angle).then_some(8.0 / 3.0 * falls)
 }
 
-/// Density of what a fitted motion leaves beside its harmonics over that of white noise, at least 1.
+/// Ratio of the spectral density of the residuals at the harmonics to that of white noise, at least 1.
 fn excess_over_white(samples: &Samples, range: Range<usize>, answer: &Answer) -> f64 {
     let time = &samples.time[range.clone()];
     let left: Vec<f64> =
@@ -70,11 +71,12 @@ fn excess_over_white(samples: &Samples, range: Range<usize>, answer: &Answer) ->
     density.map_or(1.0, |d| d.least_ratio_at_harmonics()).max(1.0)
 }
 
-/// What bends the reading of a fitted motion, by its harmonics; `None` where they are not those of a curve. What is left of
-/// one that was `found` counts however small it is.
+/// The nonlinearity of the reading of a fitted motion, estimated from its harmonics; `None` if they are not
+/// those of a sensor curve. If a curve was already `found`, the remaining nonlinearity counts however small
+/// it is.
 ///
-/// The curve of a `pendulum`, of this cubic coefficient, is taken where the third harmonic, which the noise hides, is
-/// nearer to it than to none; the estimate is held near it.
+/// The curve of a `pendulum` with this cubic coefficient is accepted if the third harmonic, which is hidden
+/// by noise, is nearer to that coefficient than to zero; the estimate is then constrained to be near it.
 pub(super) fn bend(
     samples: &Samples,
     answer: &Answer,
@@ -99,7 +101,7 @@ pub(super) fn bend(
             let left = s - fit.signal_at(*t);
             if left.is_finite() {
                 let amplitude = fit.amplitude_at(*t);
-                // What is even on the reading is not on the straightened one.
+                // A component that is even in the reading is not even in the straightened reading.
                 let weight = so_far.odd_slope(amplitude * at.phase.cos()).powi(2);
                 sums.add_row(&row(&so_far, amplitude, at.phase, first, falls), left, weight);
             }
@@ -111,14 +113,15 @@ pub(super) fn bend(
     let (c, covariance, rss) = linear_of(&by_powers, &unsaturated)?;
     let free = COLUMNS + answer.parameters.iter().count();
     let dof = range.len().checked_sub(free).filter(|n| *n > 0)? as f64;
-    // Noise that is stronger at low frequencies makes harmonics of its own.
+    // Noise that is stronger at low frequencies produces apparent harmonics.
     let variance = coloured * rss / dof;
     let error = |i: usize| (variance * covariance[(i, i)]).sqrt();
     let in_phase =
         |i: usize| c[i].abs() + criteria.phase_errors * error(i + 1) > criteria.in_phase * c[i + 1].abs();
-    // A spring that stiffens by a part of the frequency has a third harmonic of a twelfth of that part.
+    // A spring that changes the frequency by a relative amount through stiffening has a third harmonic of a
+    // twelfth of that amount.
     let of_spring = answer.backbone.as_ref().map_or(0.0, |b| b.quadratic) / 3.0;
-    // A harmonic that is not there is no curve, whatever a spring would have.
+    // A harmonic that is not observed is no evidence for a curve, whatever a spring would produce.
     let third = in_phase(0) && c[0].abs() > criteria.significance * error(0);
     let second = in_phase(2) && c[2].abs() > criteria.quadratic_significance * error(2);
     let in_proportion = || linear_of(&sums(Falls::InProportion), &unsaturated).map(|(.., rss)| rss);
@@ -131,7 +134,7 @@ pub(super) fn bend(
     }
     let third = third || pendulum.is_some() || so_far.cubic != 0.0;
     let second = second || so_far.quadratic != 0.0;
-    // What is known before, as a measurement of its own.
+    // Prior knowledge enters as an additional measurement.
     let mut expect = |column: usize, mean: f64, width: f64| {
         let mut row = [0.0; COLUMNS];
         row[column] = 1.0;
@@ -158,24 +161,24 @@ pub(super) fn bend(
         [(0, 0), (0, SATURATION), (SATURATION, SATURATION)].map(|at| variance * covariance[at]);
     let along = kr / kk.sqrt();
     let spread = [[kk.sqrt(), along], [0.0, (rr - along * along).max(0.0).sqrt()]];
-    // A curve that flattens does not steepen again: at the limit the cubic coefficient is the best one there.
+    // A curve that flattens does not steepen again: at this limit the cubic coefficient is re-optimised.
     let saturation = c[SATURATION].max(-so_far.saturation);
     let cubic = c[0] - of_spring + kr / rr * (saturation - c[SATURATION]);
     Some(Estimate { quadratic, odd: [cubic, saturation], spread })
 }
 
-/// How the harmonics of a motion fall with its amplitude.
+/// Dependence of the harmonics of a motion on its amplitude.
 #[derive(Debug, Clone, Copy)]
 enum Falls {
-    /// By its powers, as those of a curve.
+    /// Powers of the amplitude, as for a sensor curve.
     ByPowers,
-    /// In proportion to it, as those of electronics.
+    /// Proportional to the amplitude, as for electronics.
     InProportion,
 }
 
-/// What a curve adds to the straightened reading of a motion: by its cubic coefficient, with the third harmonic in
-/// quadrature; by the quadratic one, with the second in quadrature, its mean and a level; at the frequency itself, where
-/// the fitted motion has taken its part; by saturation.
+/// Regression row: changes of the straightened reading by the cubic coefficient, with the third harmonic in
+/// quadrature; by the quadratic coefficient, with the second harmonic in quadrature, its mean and a level; at
+/// the fundamental frequency, where the fitted motion has absorbed its part; and by saturation.
 fn row(curve: &SensorCurve, amplitude: f64, phase: f64, first: f64, falls: Falls) -> [f64; COLUMNS] {
     let [(sin_2, cos_2), (sin_3, cos_3)] = [(2.0 * phase).sin_cos(), (3.0 * phase).sin_cos()];
     let x = amplitude * phase.cos();

@@ -1,4 +1,4 @@
-//! Series along the decay: the fitted motion, amplitudes, losses, frequency, and the stop.
+//! Series along the decay: the fitted motion, amplitudes, losses, frequency and backbone.
 
 use super::envelope::{X_F, averaging_bias};
 use super::evidence::Evidence;
@@ -17,12 +17,12 @@ use crate::numeric::order::sort_by_value;
 use crate::signal::blocks::Block;
 use std::f64::consts::{PI, TAU};
 
-/// Knots of the phase along a fitted waveform.
+/// Number of phase knots along a fitted waveform.
 const KNOTS: i32 = 1024;
-/// Groups of points whose slopes are the losses, and points in a group at least.
+/// Number of groups of points whose slopes give the losses, and minimum number of points per group.
 const LOSS_GROUPS: usize = 24;
 const LEAST_IN_GROUP: usize = 3;
-/// Part of its standard error from which a difference of an amplitude is seen in the residuals.
+/// Fraction of its standard error above which a difference in an amplitude is visible in the residuals.
 const SEEN: f64 = 0.1;
 
 pub(crate) fn fitted_motion(e: &Evidence, chosen: &ModelFit, law: AmplitudeLaw, omega: f64) -> FittedMotion {
@@ -30,7 +30,7 @@ pub(crate) fn fitted_motion(e: &Evidence, chosen: &ModelFit, law: AmplitudeLaw, 
     let knots = match &e.fit.problem {
         Problem::Waveform(problem) => {
             let duration = e.fit.end - e.fit.origin;
-            // A phase and an offset along straight lines need no more than their ends.
+            // If phase and offset are linear in time, two knots suffice.
             let straight = law.a2 == 0.0 && [BEND, CHIRP, OFFSET + 2].iter().all(|k| p[*k] == 0.0);
             let count = if straight { 2 } else { KNOTS };
             let step = duration / f64::from(count - 1);
@@ -99,7 +99,7 @@ pub(crate) fn backbone(e: &Evidence, chosen: &ModelFit, law: &AmplitudeLaw, omeg
         Problem::Waveform(_) => chosen.bounded.parameters[CHIRP] / omega,
         Problem::Envelope(_) => e.measured.law.drift,
     };
-    // That of vanishing amplitude: with a drift, the amplitudes refer to the mean.
+    // The frequency at vanishing amplitude: with a drift, the amplitudes refer to the mean.
     let omega = match &e.fit.problem {
         Problem::Waveform(_) => omega,
         Problem::Envelope(_) => e.measured.law.omega,
@@ -114,12 +114,13 @@ pub(crate) fn backbone(e: &Evidence, chosen: &ModelFit, law: &AmplitudeLaw, omeg
     })
 }
 
-/// What is left of the fundamental in each block of the decay along the fitted motion, where the loss within a
-/// cycle tells its amplitude from that of the law; `None` elsewhere.
+/// Residual fundamental of the fitted motion in each block of the decay, if the loss within a cycle makes the
+/// block's amplitude differ from that of the law; otherwise `None`.
 fn left_of_amplitudes(e: &Evidence, chosen: &ModelFit, law: &AmplitudeLaw) -> Option<Vec<f64>> {
     let Problem::Waveform(problem) = &e.fit.problem else { return None };
     let points = &e.measured.points;
-    // The fundamental lags by the loss in a radian, up to half as much again, and its square adds to the amplitude.
+    // The fundamental lags by up to 1.5 times the loss per radian, and the square of the lag adds to the
+    // amplitude.
     let differs = |b: &Block| {
         let amplitude = law.amplitude(b.time_s - e.fit.origin);
         let lag = 1.5 * law.rate(amplitude) / (amplitude * b.omega);
@@ -139,7 +140,7 @@ fn left_of_amplitudes(e: &Evidence, chosen: &ModelFit, law: &AmplitudeLaw) -> Op
 pub(crate) fn envelope_points(e: &Evidence, chosen: &ModelFit, fit: &FittedMotion) -> Vec<EnvelopePoint> {
     let noise = e.measured.noise_rms;
     let squared = e.measured.root_mean_squares;
-    // The fitted motion is that of an instant, a recorded amplitude the mean over its samples.
+    // The fitted amplitude is instantaneous, a recorded amplitude is the mean over its samples.
     let fitted = |b: &Block| {
         let middle = fit.amplitude_at(b.time_s);
         let bias = averaging_bias(&fit.law, middle, squared, e.measured.time_variance_s2);
@@ -169,7 +170,7 @@ pub(crate) fn envelope_points(e: &Evidence, chosen: &ModelFit, fit: &FittedMotio
     list
 }
 
-/// Slopes of the amplitude over groups of points, times the period.
+/// Slopes of the amplitude over groups of points, multiplied by the period.
 pub(crate) fn loss_points(e: &Evidence, law: &AmplitudeLaw, omega: f64) -> Vec<LossPoint> {
     let points = &e.measured.points;
     if points.len() < 2 * LEAST_IN_GROUP {
@@ -177,7 +178,7 @@ pub(crate) fn loss_points(e: &Evidence, law: &AmplitudeLaw, omega: f64) -> Vec<L
     }
     let per_group = (points.len() / LOSS_GROUPS).max(LEAST_IN_GROUP);
     let backbone = e.measured.law.backbone();
-    // Without a frequency the loss is per second.
+    // If no frequency is known, the loss is per second.
     let period = if frequency_known(e) { TAU / omega } else { 1.0 };
     points
         .chunks(per_group)
@@ -213,8 +214,8 @@ mod tests {
     use crate::{Oscillator, Record};
     use std::f64::consts::{PI, TAU};
 
-    /// Loss of a third of the amplitude in a cycle, at 66 dB: the fundamental of a block and the amplitude at a turn
-    /// differ by many standard errors.
+    /// A loss of a third of the amplitude per cycle, at 66 dB: the fundamental of a block and the amplitude
+    /// at a turning point differ by many standard errors.
     #[test]
     fn fitted_amplitudes_are_those_that_were_measured() {
         for (q, x_f) in [(10.0, 0.0), (10.0, 0.02), (30.0, 0.01)] {

@@ -1,4 +1,5 @@
-//! The motions that sums gathered about a reference describe, and their state along time.
+//! The motions that can be described by sums gathered about a reference, and their state as a function of
+//! time.
 
 use crate::motion::decay::amplitude::sliding_gain;
 use crate::motion::decay::drag::Slowing;
@@ -18,7 +19,7 @@ pub(super) const O: usize = 6;
 pub(super) const LANES: usize = 8;
 pub(super) type Lanes = [f64; LANES];
 
-/// Amplitude and phase of a motion at a time, with their derivatives.
+/// Amplitude and phase of a motion at a given time, with their derivatives.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct State {
     pub(super) amplitude: f64,
@@ -27,7 +28,7 @@ pub(super) struct State {
     pub(super) phase_by: Lanes,
 }
 
-/// A motion followed from time to time.
+/// A motion advanced from time to time.
 pub(super) struct Follow<'a> {
     p: &'a [f64],
     gain: [f64; 3],
@@ -76,7 +77,7 @@ impl<'a> Follow<'a> {
     }
 }
 
-/// Whether a motion has no other losses and disturbances than those described.
+/// Whether all losses and disturbances of a motion are among those described.
 pub(super) fn is_described(p: &[f64]) -> bool {
     p.iter().enumerate().all(|(k, v)| *v == 0.0 || DESCRIBED.contains(&k))
 }
