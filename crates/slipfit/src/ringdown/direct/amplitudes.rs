@@ -1,4 +1,4 @@
-//! Viscous and sliding loss of an amplitude trace, without a start and without an allocation.
+//! Fit of viscous and sliding loss to an amplitude trace, without start values and without allocation.
 
 use super::envelope::{LANES, Pass, Trace, by_thirds, thirds};
 use super::lack_of_fit::{UNKNOWNS, lack_of_fit};
@@ -10,7 +10,7 @@ use crate::inference::evidence::f_tail;
 /// When the amplitudes of a trace were taken.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Sampling<'a> {
-    /// At an even interval, s, from zero on.
+    /// At equal intervals, s, starting at zero.
     Every(f64),
     /// At these times, s; elapsed time counts from the first.
     At(&'a [f64]),
@@ -21,32 +21,32 @@ pub enum Sampling<'a> {
 pub struct AmplitudeFit {
     /// A_0, the amplitude at the first time, signal unit.
     pub initial_amplitude: [f64; 2],
-    /// a0, the rate at which sliding friction takes amplitude, signal unit per s.
+    /// a0, the amplitude loss rate by sliding friction, signal unit per s.
     pub sliding_rate: [f64; 2],
     /// delta = gamma/2m, 1/s.
     pub decay_rate_per_s: [f64; 2],
     /// Correlation of `sliding_rate` and `decay_rate_per_s`.
     pub correlation: f64,
-    /// Root mean square of amplitude less model.
+    /// Root mean square of amplitude minus model.
     pub residual_rms: f64,
-    /// Variance of what is left of the slow part of the trace (its moments against the lowest polynomials, or the
-    /// means of its tenths) over that of the rest, and its degrees of freedom; zeros
-    /// below twenty samples, and next to rounding.
+    /// Ratio of the residual variance in the slow part of the trace (its moments with respect to the lowest
+    /// polynomials, or the means of its tenths) to that of the rest, and its degrees of freedom; zeros for
+    /// fewer than twenty samples and for residuals at rounding level.
     pub lack_of_fit: [f64; 2],
-    /// Whether no step would have changed a parameter by a hundredth of its standard error.
+    /// Whether a further step would change every parameter by less than a hundredth of its standard error.
     pub converged: bool,
-    /// Passes over the samples.
+    /// Number of passes over the samples.
     pub steps: usize,
 }
 
 impl AmplitudeFit {
-    /// Friction displacement `x_F = F/k` and its standard error, signal unit, of an oscillation of
-    /// this frequency: `a0 = delta x_F coth(pi delta/2 omega_d)`.
+    /// Friction displacement `x_F = F/k` and its standard error, signal unit, for an oscillation at this
+    /// frequency: `a0 = delta x_F coth(pi delta/2 omega_d)`.
     pub fn friction_displacement(&self, frequency_hz: f64) -> [f64; 2] {
         Self::friction_displacements(std::slice::from_ref(self), &[frequency_hz])[0]
     }
 
-    /// Amplitude of the law so long, s, after the first time, signal unit.
+    /// Amplitude of the law `elapsed_s` seconds after the first time, signal unit.
     pub fn amplitude_at(&self, elapsed_s: f64) -> f64 {
         let [initial, rate] = [self.initial_amplitude[0], self.decay_rate_per_s[0]];
         let fall = -(-rate * elapsed_s).exp_m1();
@@ -54,15 +54,16 @@ impl AmplitudeFit {
         initial * (1.0 - fall) - self.sliding_rate[0] * gain
     }
 
-    /// Probability that a trace of so many samples without sliding friction would show at least this
-    /// much of it. One-sided: friction cannot be negative; 1 where it came out so.
+    /// Probability that a trace of `samples` samples without sliding friction would show at least this much
+    /// of it. One-sided, since friction cannot be negative; 1 if the estimate is negative.
     pub fn sliding_p_value(&self, samples: usize) -> f64 {
         Self::sliding_p_values(std::slice::from_ref(self), samples)[0]
     }
 
-    /// Probability that a decay under viscous and sliding friction, with white noise, leaves at least this much
-    /// in the slow part of a trace of so many samples: an F test of [`lack_of_fit`](Self::lack_of_fit). Small where
-    /// the motion stops within the trace, runs into a noise floor, or obeys another law, and where noise is not white.
+    /// Probability that a decay under viscous and sliding friction, with white noise, has residuals at least
+    /// this large in the slow part of a trace of `samples` samples: an F test of
+    /// [`lack_of_fit`](Self::lack_of_fit). It is small if the motion stops within the trace, reaches a noise
+    /// floor or follows another law, or if the noise is not white.
     pub fn misfit_p_value(&self, samples: usize) -> f64 {
         let [ratio, freedom] = self.lack_of_fit;
         let rest = samples as f64 - UNKNOWNS as f64 - freedom;
@@ -72,30 +73,30 @@ impl AmplitudeFit {
 
 /// Fits the decay under viscous and sliding friction to an amplitude trace.
 ///
-/// With `G = (1 - e^(-delta t))/delta`, which is `t` where nothing is viscous, and the slope at the
-/// start `s = a0 + delta A_0`,
+/// With `G = (1 - e^(-delta t))/delta`, which equals `t` without viscous loss, and the initial slope `s = a0
+/// + delta A_0`,
 ///
 /// ```text
 /// A(t) = A_0 e^(-delta t) - a0 G = A_0 - s G
 /// ```
 ///
-/// eq. (15) and (16) of Vitorino, Vieira and Rodrigues, *Effect of sliding friction in harmonic
-/// oscillators*, and the law that [`fit_envelope`](super::fit_envelope) fits, with `C = a0/delta`:
-/// in `A_0`, `s` and `delta` it stays regular where sliding friction is the only loss. Nothing is
-/// allocated, and no start is needed: it comes from sums over the thirds of the trace.
+/// eq. (15) and (16) of Vitorino, Vieira and Rodrigues, *Effect of sliding friction in harmonic oscillators*.
+/// This is the law fitted by [`fit_envelope`](super::fit_envelope), with `C = a0/delta`; in `A_0`, `s` and
+/// `delta` it remains regular if sliding friction is the only loss. Nothing is allocated, and no start values
+/// are needed: they come from sums over the thirds of the trace.
 ///
-/// - `sampling`: an interval above zero, or as many times in any order
-/// - `amplitude`: any unit; the motion must not have come to rest, noise not have rectified it
+/// - `sampling`: a positive interval, or one time per amplitude in non-decreasing order
+/// - `amplitude`: any unit; the motion must not have come to rest, and noise must not have rectified it
 ///
-/// Standard errors are those of white noise of the residuals' size. No parameter is kept from
-/// turning negative, so that averages over many traces stay unbiased.
+/// Standard errors assume white noise with the variance of the residuals. No parameter is constrained to be
+/// positive, so that averages over many traces remain unbiased.
 ///
 /// # Errors
 /// - [`Error::Length`] if times and amplitudes differ in number
 /// - [`Error::TooFewSamples`] for fewer than four
-/// - [`Error::Parameter`] for a value that is not finite, an interval not above zero
-/// - [`Error::TimeBackwards`] for a time less than the one before
-/// - [`Error::NoFit`] where the data do not determine three parameters, as of a constant
+/// - [`Error::Parameter`] for a value that is not finite or an interval that is not positive
+/// - [`Error::TimeBackwards`] for a time earlier than the preceding one
+/// - [`Error::NoFit`] if the data do not determine three parameters, e.g. for a constant trace
 ///
 /// ```
 /// use slipfit::ringdown::{Sampling, fit_amplitudes};
@@ -136,7 +137,7 @@ pub fn fit_amplitudes(sampling: Sampling<'_>, amplitude: &[f64]) -> Result<Ampli
     let curved = data.interval.and_then(|interval| by_thirds(thirds, n / 3, interval));
     let start = match curved {
         Some([height, level, rate]) => [height + level, height * rate, rate],
-        // A straight line through the outer thirds.
+        // A straight line through the first and last third.
         None => {
             let part = (n / 3) as f64;
             let [first, last] = [thirds[0] / part, thirds[2] / part];
@@ -172,12 +173,12 @@ pub fn fit_amplitudes(sampling: Sampling<'_>, amplitude: &[f64]) -> Result<Ampli
     })
 }
 
-/// Part of a standard error that remains should the steps go on shrinking as they did; they may shrink more slowly
-/// in the end by a factor of a hundred. As far as
-/// [`EvenTraces`](super::EvenTraces) finds the minimum by another way.
+/// Tolerance as a fraction of a standard error, extrapolated from the convergence of the steps so far; if
+/// convergence slows down at the end, it may be exceeded by a factor of a hundred. It matches the accuracy to
+/// which [`EvenTraces`](super::EvenTraces) finds the minimum by another method.
 const REMAINS: f64 = 1e-10;
 
-/// `R A R^T` of a symmetric `A`.
+/// `R A R^T` for a symmetric `A`.
 fn congruent(a: &[[f64; 3]; 3], rows: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
     let mut out = [[0.0; 3]; 3];
     for i in 0..3 {
@@ -192,8 +193,8 @@ fn congruent(a: &[[f64; 3]; 3], rows: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
     out
 }
 
-/// Sums for `A_0`, `s`, `delta` from those for height `s/delta`, level and rate, whose derivatives
-/// are `e`, 1 and `-(s/delta) t e`:
+/// Converts the sums for height `s/delta`, level and rate, whose derivatives are `e`, 1 and `-(s/delta) t e`,
+/// to those for `A_0`, `s`, `delta`:
 ///
 /// ```text
 /// by A_0 = 1      by s = (e - 1)/delta      by delta = -(s/delta) t e + (s/delta) (1 - e)/delta
@@ -201,7 +202,7 @@ fn congruent(a: &[[f64; 3]; 3], rows: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
 pub(super) fn by_slope(sums: &Sums<3>, height: f64, rate: f64) -> Sums<3> {
     let (per, bent) = (1.0 / rate, height / rate);
     let rows = [[0.0, 1.0, 0.0], [per, -per, 0.0], [-bent, bent, 1.0]];
-    // The minimiser fills the lower triangle only; here all of it is needed, and Pass gives it.
+    // The minimiser uses only the lower triangle, but here the full matrix is needed; `Pass` provides it.
     let mut jtr = [0.0; 3];
     for (out, row) in jtr.iter_mut().zip(&rows) {
         *out = row[0] * sums.jtr[0] + row[1] * sums.jtr[1] + row[2] * sums.jtr[2];
@@ -209,7 +210,7 @@ pub(super) fn by_slope(sums: &Sums<3>, height: f64, rate: f64) -> Sums<3> {
     Sums { jtj: congruent(&sums.jtj, &rows), jtr, rss: sums.rss }
 }
 
-/// Sum of squares, and sums over the thirds.
+/// Sum of squares and sums over the thirds of a trace.
 struct Look<'a>(&'a [f64]);
 
 impl pulp::NullaryFnOnce for Look<'_> {
@@ -235,7 +236,7 @@ impl pulp::NullaryFnOnce for Look<'_> {
     }
 }
 
-/// The sums where the decay is next to a straight line.
+/// The sums for a decay close to a straight line.
 pub(super) struct Straight<'a> {
     pub(super) data: &'a Trace<'a>,
     pub(super) initial: f64,
@@ -249,7 +250,7 @@ impl pulp::NullaryFnOnce for Straight<'_> {
     #[inline(always)]
     fn call(self) -> Sums<3> {
         let Self { data, initial, slope, rate } = self;
-        // r, rr, g, gg, gr, h, hh, hr, gh with g by the slope and h by the rate.
+        // r, rr, g, gg, gr, h, hh, hr, gh with g the derivative by the slope and h that by the rate.
         let mut lanes = [[0.0; LANES]; 9];
         for (i, y) in data.amplitude.chunks(LANES).enumerate() {
             let u = data.elapsed(i * LANES, y.len());

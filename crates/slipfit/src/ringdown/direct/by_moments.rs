@@ -1,41 +1,41 @@
-//! The fit of traces that are known by their moments, several side by side.
+//! Fit of traces given by their moments, several in parallel.
 
 use super::amplitudes::AmplitudeFit;
 use super::lack_of_fit;
 use super::moments::{DEGREES, recurrence};
 use crate::numeric::trig::{fused, has_fused};
 
-/// Traces side by side.
+/// Number of traces fitted in parallel.
 pub(super) const TRACES: usize = 16;
 
 type Lanes = [f64; TRACES];
 
-/// Traces by their moments; one without power is not looked at.
+/// Traces given by their moments; a trace with zero power is ignored.
 #[derive(Debug, Default)]
 pub(super) struct Known {
-    /// `c_k`, against the polynomials of degree `k` that are orthonormal over the samples.
+    /// `c_k`, with respect to the polynomials of degree `k` that are orthonormal over the samples.
     pub(super) moments: [Lanes; DEGREES],
     /// Sums of squares of the samples.
     pub(super) power: Lanes,
-    /// s, from the first sample to the last.
+    /// Time from the first sample to the last, s.
     pub(super) duration: Lanes,
 }
 
-/// The law over so many samples, `y = m + b (G - mean G)` with
+/// The law over `samples` samples, `y = m + b (G - mean G)` with
 ///
 /// ```text
 /// G(z) = (1 - e^(-z s))/z = sum_j (-z)^j s^(j+1)/(j+1)!      -1 <= s <= 1, z = delta T/2
 /// ```
 ///
-/// as far as the polynomials below a degree see it. Its products with a trace and with itself are
-/// power series in `z`, which need no exponential and are regular where nothing is viscous.
+/// projected on the polynomials below a given degree. Its products with a trace and with itself are power
+/// series in `z`, which need no exponential and are regular without viscous loss.
 #[derive(Debug, Clone)]
 pub(super) struct Law {
     samples: f64,
     degrees: usize,
-    /// Greatest `|z|`.
+    /// Maximum of `|z|`.
     most: f64,
-    /// Of each power of `z` in `G`, its moments.
+    /// Moments of each power of `z` in `G`.
     powers: Vec<[f64; DEGREES]>,
     /// Coefficients of the mean of `G`, of odd powers of `z`.
     mean: Vec<f64>,
@@ -45,25 +45,26 @@ pub(super) struct Law {
     share: Vec<[f64; 2]>,
 }
 
-/// Moments that tell slow decays, and decay times up to which they do: parameters keep within 1e-7 of their
-/// standard errors.
+/// Number of moments sufficient for slow decays, and the number of decay times up to which they are:
+/// parameters are accurate to 1e-7 of their standard errors.
 pub(super) const FEW: usize = 10;
 const SLOW: f64 = 2.0;
-/// The same of all moments; 1e-8 is missed.
+/// Limit of decay times with all moments; the error exceeds 1e-8 of a standard error.
 const FASTEST: f64 = 8.0;
-/// Powers of `z` in `G`: the first left out is below 1e-18 for slow decays, for the fastest 1e-19.
+/// Number of powers of `z` in `G`: the first one omitted is below 1e-18 for slow decays and 1e-19 for the
+/// fastest.
 const TERMS: [usize; 2] = [19, 34];
-/// The same of powers of `z²` in the squares, whose growth is twice as fast.
+/// Number of powers of `z²` in the squares, which grow twice as fast.
 const SQUARES: [usize; 2] = [13, 24];
 
 impl Law {
-    /// By the first [`FEW`] moments or by all.
+    /// The law with the first [`FEW`] moments or with all.
     pub(super) fn new(samples: usize, few: bool) -> Self {
         let (degrees, decay_times, at) = if few { (FEW, SLOW, 0) } else { (DEGREES, FASTEST, 1) };
         const MOST: usize = 2 * 24 + 2;
         let n = samples as f64;
         let factors: [f64; MOST + 1] = recurrence(samples);
-        // s^j by its moments, from one power to the next.
+        // Moments of s^j, each computed from those of the preceding power.
         let mut power = [0.0; MOST];
         power[0] = n.sqrt();
         let mut per = 1.0;
@@ -80,7 +81,7 @@ impl Law {
         let dot = |i: usize, j: usize| -> f64 { (1..degrees).map(|k| terms[i][k] * terms[j][k]).sum() };
         let square = |i: usize| {
             let own: f64 = (0..=2 * i).map(|j| dot(j, 2 * i - j)).sum();
-            // Of G', whose coefficient of z^(j-1) is j times as large.
+            // The same for G', whose coefficient of z^(j-1) is j times as large.
             let bend = |j: usize| (j * (2 * i + 2 - j)) as f64 * dot(j, 2 * i + 2 - j);
             [own, (1..2 * i + 2).map(bend).sum()]
         };
@@ -102,13 +103,13 @@ impl Law {
         }
     }
 
-    /// Fits the traces; `found` has those that so many moments tell.
+    /// Fits the traces; the result includes those that the moments determine.
     pub(super) fn fit(&self, known: &Known) -> Found {
         crate::numeric::dispatch(Fit { law: self, known })
     }
 }
 
-/// What is found, per lane.
+/// Results of the fit, per lane.
 #[derive(Debug)]
 pub(super) struct Found {
     pub(super) serves: [bool; TRACES],
@@ -121,7 +122,7 @@ pub(super) struct Found {
 }
 
 impl Found {
-    /// The fit of a lane, `None` where the moments do not tell it.
+    /// The fit of a lane; `None` if the moments do not determine it.
     pub(super) fn lane(&self, lane: usize) -> Option<AmplitudeFit> {
         let of = |pair: &[Lanes; 2]| [pair[0][lane], pair[1][lane]];
         self.serves[lane].then(|| AmplitudeFit {
@@ -137,16 +138,18 @@ impl Found {
     }
 }
 
-/// Steps of a fit that is going to end; most take two.
+/// Maximum number of steps of a fit that converges; most take two.
 const MOST_STEPS: usize = 12;
-/// Part of a standard error that remains.
+/// Tolerance as a fraction of a standard error.
 const REMAINS: f64 = 1e-8;
-/// Residuals below this part of the signal's power are differences of sums, and lose digits.
+/// Residuals below this fraction of the signal's power are differences of nearly equal sums and lose digits.
 const EXACT: f64 = 1e-9;
-/// Standard error of `delta T` beyond which the law bends within it: a fit that guards its steps is due.
+/// Standard error of `delta T` beyond which the law is nonlinear within it: a fit with safeguarded steps is
+/// required.
 const VAGUE: f64 = 0.3;
 
-/// Products at `z`: with the trace `gy` and its derivatives, with itself, and of its derivative with itself.
+/// Products at `z`: of the law and its derivatives with the trace (`gy`, …), with itself, and of its
+/// derivative with itself.
 struct At {
     gy: Lanes,
     hy: Lanes,
@@ -202,7 +205,7 @@ impl Fit<'_> {
         At { gy, hy, by, gg, gh, gh_slope, hh }
     }
 
-    /// Newton's method in the rate alone, level and slope being linear.
+    /// Newton's method in the rate alone, since level and slope are linear parameters.
     #[inline(always)]
     fn found<const FUSED: bool>(&self) -> Found {
         let Self { law, known } = self;
@@ -214,7 +217,7 @@ impl Fit<'_> {
         let mut series = [zero; TERMS[1]];
         let series = &mut series[..law.powers.len()];
         for (j, (to, of)) in series.iter_mut().zip(&law.powers).enumerate() {
-            // Polynomials of the other parity have nothing of it, nor have those of a higher degree.
+            // Polynomials of the other parity and those of higher degree do not contribute.
             for d in (2 - (j + 1) % 2..law.degrees.min(j + 2)).step_by(2) {
                 for k in 0..TRACES {
                     to[k] = fused::<FUSED>(of[d], known.moments[d][k], to[k]);
@@ -236,17 +239,18 @@ impl Fit<'_> {
                 let per = 1.0 / at.gg[k];
                 let (slope, along) = (at.gy[k] * per, at.gh[k] * per);
                 let across = at.hh[k] - along * at.gh[k];
-                // Half the derivative of gy²/gg over the slope, and its own derivative.
+                // Half the derivative of gy²/gg divided by the slope, and the derivative of that.
                 let ascent = at.hy[k] - along * at.gy[k];
                 let bend = at.by[k] - along * at.hy[k] - slope * (at.gh_slope[k] - 2.0 * along * at.gh[k]);
                 let plain = -slope * across;
-                // Far from the top that derivative is not yet what the residuals leave of it.
+                // Far from the maximum the second derivative is not yet reliable and the Gauss-Newton value
+                // is used.
                 let (product, square) = (bend * plain, plain * plain);
                 let bend = if (product > 0.5 * square) & (product < 2.0 * square) { bend } else { plain };
                 let step = -ascent / bend;
                 let variance = (about_mean[k] - slope * at.gy[k]) * per_freedom;
-                // The next step, should they go on shrinking as Newton's do, is this one's cube over the
-                // square of the last.
+                // If the steps continue to shrink quadratically, as in Newton's method, the next one is the
+                // cube of this one over the square of the last.
                 let (this, last) = (step * step, before[k]);
                 let small =
                     this * this * this * slope * slope * across <= REMAINS * REMAINS * variance * last * last;
@@ -284,7 +288,7 @@ impl Fit<'_> {
             rms: zero,
             lack_of_fit: [zero; 2],
         };
-        // What the trace has of the polynomials above a mean.
+        // Power of the trace in the polynomials above the mean.
         let mut slow = zero;
         for moment in &known.moments[1..law.degrees] {
             for k in 0..TRACES {
@@ -307,7 +311,7 @@ impl Fit<'_> {
             let (fall, fall_slope) = (share[k] + level, share_slope[k] + level_slope);
             let rise = 2.0 * fused::<FUSED>(z, share[k], 1.0);
             let initial = known.moments[0][k] * per_root - b * fall;
-            // The slope goes with the rate: b' = -along b.
+            // The slope is a function of the rate: b' = -along b.
             let initial_slope = b * (along * fall - fall_slope);
             let initial_variance =
                 variance * (per_sample + fall * fall * per) + initial_slope * initial_slope * z_variance;
@@ -333,7 +337,7 @@ impl Fit<'_> {
             found.serves[k] = ended[k]
                 & (known.power[k] > 0.0)
                 & (z.abs() <= law.most)
-                // The step that would follow.
+                // Size of the step that would follow.
                 & ((b * ascent).abs() <= 10.0 * REMAINS * z_error * sharp)
                 & (2.0 * z_error < VAGUE)
                 & (rss > EXACT * known.power[k]);
@@ -342,15 +346,15 @@ impl Fit<'_> {
     }
 }
 
-/// Start of `z`, from the moments of first and second degree: of an exponential on -1 to 1, `e^(-z s)`,
-/// their ratio is that of the spherical Bessel functions `i_2/i_1`, next to `7 z/(35 + z²)`, and a level
-/// has neither.
+/// Start of `z` from the moments of first and second degree: for an exponential on -1 to 1, `e^(-z s)`, their
+/// ratio is that of the spherical Bessel functions `i_2/i_1`, approximately `7 z/(35 + z²)`; a constant level
+/// contributes to neither.
 #[inline(always)]
 fn start(first: f64, second: f64) -> f64 {
-    // Orthonormal polynomials are those of Legendre times the root of 2 k + 1.
+    // The orthonormal polynomials are the Legendre polynomials times the root of 2 k + 1.
     const ROOT: f64 = 0.774_596_669_241_483_4;
     let ratio = -ROOT * second / first;
-    // Noise may ask for more than any exponential has.
+    // Noise may give a ratio larger than that of any exponential.
     let ratio = if ratio.abs() < 0.55 { ratio } else { 0.55f64.copysign(ratio) };
     70.0 * ratio / (7.0 + (49.0 - 140.0 * ratio * ratio).sqrt())
 }

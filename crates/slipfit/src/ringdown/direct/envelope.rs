@@ -1,4 +1,4 @@
-//! The averaged decay of an amplitude trace.
+//! Fit of the averaged decay to an amplitude trace.
 
 use super::minimise::{ROUNDING, Sums, minimise, spread};
 use crate::Error;
@@ -19,17 +19,17 @@ pub struct EnvelopeStart {
 /// Result of [`fit_envelope`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EnvelopeFit {
-    /// The parameters of least squares.
+    /// The least-squares parameters.
     pub best: EnvelopeStart,
     /// Their standard errors, each in its parameter's unit.
     pub std_error: EnvelopeStart,
     /// Their correlations, in the order of the fields.
     pub correlation: [[f64; 3]; 3],
-    /// Root mean square of amplitude less model.
+    /// Root mean square of amplitude minus model.
     pub residual_rms: f64,
-    /// Whether no step would have changed a parameter by a hundredth of its standard error.
+    /// Whether a further step would change every parameter by less than a hundredth of its standard error.
     pub converged: bool,
-    /// Passes over the samples.
+    /// Number of passes over the samples.
     pub steps: usize,
 }
 
@@ -37,26 +37,24 @@ pub struct EnvelopeFit {
 ///
 /// This is the ring-down under viscous and sliding friction, eq. (15) and (16)
 /// of Vitorino, Vieira and Rodrigues, *Effect of sliding friction in harmonic
-/// oscillators*. The paper prints `C = 4F/(pi gamma omega_0)`, the leading order
-/// of the exact `C = x_F coth(pi delta/2 omega_d)`, `x_F = F/k`; with `C` a
-/// parameter of its own the fit holds for both.
+/// oscillators*. The paper gives `C = 4F/(pi gamma omega_0)`, the leading order of the exact `C = x_F coth(pi
+/// delta/2 omega_d)`, `x_F = F/k`; with `C` as an independent parameter the fit holds for both.
 ///
-/// - `time_s`: s, in any order; `t` counts from the first of them
-/// - `amplitude`: any unit, as many; none may have been rectified by noise
-/// - `start`: where the search begins, unless the clock is even and the sums over
-///   three thirds of the trace already tell
+/// - `time_s`: s, in non-decreasing order; `t` counts from the first of them
+/// - `amplitude`: any unit, one per time; none may have been rectified by noise
+/// - `start`: start values of the search, used unless the clock is even and the sums over the three thirds of
+///   the trace already provide them
 ///
-/// Standard errors are those of white noise of the residuals' size. No
-/// parameter is kept from turning negative, so that averages over many traces
-/// stay unbiased. The trace must show a bend: as `delta` goes to zero `C` grows
-/// without limit and correlates fully with it.
+/// Standard errors assume white noise with the variance of the residuals. No parameter is constrained to be
+/// positive, so that averages over many traces remain unbiased. The trace must be curved: as `delta` goes to
+/// zero, `C` grows without limit and becomes fully correlated with it.
 ///
 /// # Errors
 /// - [`Error::Length`] if the two differ in length
 /// - [`Error::TooFewSamples`] for fewer than four
 /// - [`Error::Parameter`] for a value that is not finite
-/// - [`Error::TimeBackwards`] for a time less than the one before
-/// - [`Error::NoFit`] where the data do not determine three parameters, as of a constant
+/// - [`Error::TimeBackwards`] for a time earlier than the preceding one
+/// - [`Error::NoFit`] if the data do not determine three parameters, e.g. for a constant trace
 ///
 /// ```
 /// use slipfit::ringdown::{EnvelopeStart, fit_envelope};
@@ -85,7 +83,7 @@ pub fn fit_envelope(time_s: &[f64], amplitude: &[f64], start: &EnvelopeStart) ->
         super::check_finite("time_s", time_s)?;
         super::check_finite("amplitude", amplitude)?;
     }
-    // Stamps within four roundings of an even clock are one.
+    // Stamps within four rounding errors of an even clock count as even.
     let even = uneven <= 4.0 * f64::EPSILON * first.abs().max(time_s[n - 1].abs());
     let interval = (even && interval > 0.0).then_some(interval);
     if interval.is_none() {
@@ -101,7 +99,7 @@ pub fn fit_envelope(time_s: &[f64], amplitude: &[f64], start: &EnvelopeStart) ->
                 Some(crate::numeric::dispatch(Pass { data: &data, height, level, rate }))
             },
             |p, step| {
-                // The step of the rate was found for the old height; the new one knows better.
+                // The step of the rate was computed for the old height; it is rescaled to the new one.
                 let height = p[0] + step[0];
                 let ratio = if (0.5..2.0).contains(&(height / p[0])) { p[0] / height } else { 1.0 };
                 [height, p[1] + step[1], p[2] + ratio * step[2]]
@@ -115,7 +113,8 @@ pub fn fit_envelope(time_s: &[f64], amplitude: &[f64], start: &EnvelopeStart) ->
         .and_then(fit)
         .filter(|f| f.converged)
         .or_else(|| fit(at))
-        // Of a trace without a bend the height is rounding, which leaves the rate where the search began.
+        // For a trace without curvature the height is at rounding level, and the rate stays at its start
+        // value.
         .filter(|f| f.best[0].powi(2) > f.inverse[0][0] * ROUNDING * power / n as f64)
         .ok_or(Error::NoFit { reason: "the trace does not distinguish a decay rate from an offset" })?;
     let [height, level, rate] = found.best;
@@ -142,8 +141,8 @@ pub fn fit_envelope(time_s: &[f64], amplitude: &[f64], start: &EnvelopeStart) ->
     })
 }
 
-/// Height, level and rate from the sums over the thirds of an even clock, whose
-/// differences fall by `e^(-delta T/3)`. `None` where noise hides the bend.
+/// Height, level and rate from the sums over the thirds of a trace with an even clock, whose differences fall
+/// by `e^(-delta T/3)`. `None` if noise hides the curvature.
 pub(super) fn by_thirds([a, b, c]: [f64; 3], third: usize, interval: f64) -> Option<[f64; 3]> {
     let fall = (b - c) / (a - b);
     if !(fall > 0.02 && fall < 0.98) {
@@ -157,8 +156,8 @@ pub(super) fn by_thirds([a, b, c]: [f64; 3], third: usize, interval: f64) -> Opt
     Some([height, (a - height * whole) / third as f64, rate])
 }
 
-/// Before any fit: sum of squares of the amplitudes, the largest distance of a stamp
-/// from an even clock, and the sums of the amplitudes over the first, second and last third.
+/// Preliminary sums: sum of squares of the amplitudes, the largest deviation of a time stamp from an even
+/// clock, and the sums of the amplitudes over the first, second and last third.
 struct PowerAndClock<'a> {
     time: &'a [f64],
     amplitude: &'a [f64],
@@ -182,7 +181,7 @@ impl pulp::NullaryFnOnce for PowerAndClock<'_> {
         for (t, a) in (&mut times).zip(&mut values) {
             for k in 0..LANES {
                 let d = (t[k] - (self.first + index[k] * self.interval)).abs();
-                // Written so that NaN stays.
+                // Written such that NaN propagates.
                 far[k] = if d <= far[k] { far[k] } else { d };
                 power[k] += a[k] * a[k];
                 index[k] += LANES as f64;
@@ -202,7 +201,7 @@ impl pulp::NullaryFnOnce for PowerAndClock<'_> {
     }
 }
 
-/// Sums over the first, second and last third.
+/// Sums of the amplitudes over the first, second and last third.
 #[inline(always)]
 pub(super) fn thirds(amplitude: &[f64]) -> [f64; 3] {
     let mut thirds = [0.0; 3];
@@ -222,17 +221,17 @@ pub(super) fn thirds(amplitude: &[f64]) -> [f64; 3] {
 }
 
 pub(super) struct Trace<'a> {
-    /// Not needed where the clock is even and begins at `first`.
+    /// Not needed if the clock is even and starts at `first`.
     pub(super) time: Option<&'a [f64]>,
     pub(super) amplitude: &'a [f64],
     pub(super) first: f64,
-    /// Of an even clock.
+    /// Sampling interval of an even clock.
     pub(super) interval: Option<f64>,
 }
 
 impl Trace<'_> {
-    /// Times since `first` of the `count` samples from `index` on, at most eight; behind them anything
-    /// finite.
+    /// Times since `first` of the `count` samples from `index` on, at most eight; the remaining lanes are
+    /// arbitrary but finite.
     #[inline(always)]
     pub(super) fn elapsed(&self, index: usize, count: usize) -> [f64; LANES] {
         let mut u = [0.0; LANES];
@@ -260,9 +259,9 @@ pub(super) struct Pass<'a> {
     pub(super) rate: f64,
 }
 
-/// Samples for which the exponentials are tabled: `e^(-delta (64 j + k) h) = E_j F_k`.
+/// Number of samples for which the exponentials are tabulated: `e^(-delta (64 j + k) h) = E_j F_k`.
 const TABLE: usize = 64;
-/// Blocks after which `E_j`, a running product, is computed afresh.
+/// Number of blocks after which `E_j`, a running product, is recomputed.
 const FRESH: usize = 16;
 
 /// Sums of e, ue, ee, uee, uuee and, with the residual r, of r, rr, er, uer.
@@ -304,10 +303,10 @@ impl pulp::WithSimd for Pass<'_> {
 }
 
 impl Pass<'_> {
-    /// The first `count` samples, a multiple of the table, of an even clock.
+    /// The first `count` samples of an even clock, a multiple of the table length.
     #[inline(always)]
     fn even<S: Simd>(&self, simd: S, interval: f64, count: usize, m: &mut Moments) {
-        // Eight exponentials and those of 8, 16, 32 and 64 steps give the whole table.
+        // Eight exponentials and those of 8, 16, 32 and 64 steps generate the whole table.
         const STEPS: [f64; 16] = [0., 1., 2., 3., 4., 5., 6., 7., 8., 16., 32., 64., 0., 0., 0., 0.];
         let mut seed = [0.0; 16];
         for k in 0..16 {
@@ -377,7 +376,7 @@ impl Pass<'_> {
         m.uer += simd.reduce_sum_f64s(uer_sum);
     }
 
-    /// The samples from `done` on, whatever their clock.
+    /// The samples from `done` on, for any clock.
     #[inline(always)]
     fn any(&self, done: usize, m: &mut Moments) {
         let mut lanes = [[0.0; LANES]; 9];

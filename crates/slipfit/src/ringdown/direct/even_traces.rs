@@ -1,25 +1,25 @@
-//! Amplitude traces of one length on an even clock, each summed up in eight numbers or sixteen.
+//! Amplitude traces of equal length on an even clock, each summarised by a few moments.
 
 use super::amplitudes::{AmplitudeFit, Sampling, fit_amplitudes};
 use super::by_moments::{FEW, Known, Law, TRACES};
 use super::moments::{DEGREES, Moments, Summed};
 use crate::Error;
 
-/// [`fit_amplitudes`] for many traces of one length at even intervals, several at a time.
+/// [`fit_amplitudes`] for many traces of equal length at even intervals, several in parallel.
 ///
-/// A decay over the samples is a polynomial as far as any residual can tell: of degree 9 where it lasts up to
-/// two decay times, of degree 15 up to eight. Of such a trace least squares need no more than its moments
-/// against the polynomials that are orthonormal over the samples, with which the fit of `A(t; p)` is that of
+/// To within any residual, a decay over the samples is a polynomial: of degree 9 if it lasts up to two decay
+/// times, of degree 15 up to eight. For such a trace, least squares require only its moments with respect to
+/// the polynomials that are orthonormal over the samples, and the fit of `A(t; p)` minimises
 ///
 /// ```text
 /// sum_i (y_i - A(t_i; p))² = sum_i y_i² - sum_k c_k² + sum_k (c_k - a_k(p))²     c_k = sum_i q_k(t_i) y_i
 /// ```
 ///
-/// One look at the samples gives the `c_k` of the first ten degrees; the steps of the fit are taken on
-/// them, sixteen traces side by side. A trace that lasts longer is looked at again for sixteen; what those do
-/// not tell (a faster decay, one that is not determined, residuals next to rounding) is fitted by
-/// [`fit_amplitudes`], so that the answers are the same: parameters agree within 1e-9 of themselves or 1e-7 of
-/// their standard errors, whichever is more. The answer to a trace does not depend on its neighbours.
+/// One pass over the samples gives the `c_k` of the first ten degrees; the steps of the fit use only these,
+/// for sixteen traces in parallel. A trace with more decay times is summed again for sixteen degrees. Traces
+/// that these do not determine (a faster decay, an undetermined one, residuals near rounding) are fitted by
+/// [`fit_amplitudes`]. The results therefore agree with it: parameters within 1e-9 relative or 1e-7 of their
+/// standard errors, whichever is larger. The result for a trace does not depend on its neighbours.
 ///
 /// ```
 /// use slipfit::ringdown::{EvenTraces, Sampling, fit_amplitudes};
@@ -39,7 +39,7 @@ use crate::Error;
 #[derive(Debug, Clone)]
 pub struct EvenTraces {
     samples: usize,
-    /// `None` for so few or so many samples that there is nothing to gain.
+    /// `None` if there are so few or so many samples that moments bring no gain.
     sums: Option<Sums>,
 }
 
@@ -50,16 +50,17 @@ struct Sums {
     fast: Law,
 }
 
-/// Fewer samples than twice the moments are not worth it; beyond the most, the table leaves the cache.
+/// With fewer samples than twice the number of moments there is no gain; above `MOST` the table exceeds the
+/// cache.
 const FEWEST: usize = 2 * DEGREES;
 const MOST: usize = 1 << 14;
 
-/// Traces between the one that is summed and the one that is asked for: memory takes about as long to answer as
-/// summing two does.
+/// Number of traces by which memory is prefetched: the latency of memory is about the time needed to sum two
+/// traces.
 const AHEAD: usize = 2;
 
 impl EvenTraces {
-    /// For traces of this many samples.
+    /// Prepares the fit of traces of this many samples.
     pub fn new(samples: usize) -> Self {
         let sums = (FEWEST..=MOST).contains(&samples).then(|| Sums {
             moments: Moments::new(samples),
@@ -74,11 +75,11 @@ impl EvenTraces {
         self.samples
     }
 
-    /// Fits each trace, given with its interval in s; the answers stand in the same order.
+    /// Fits each trace, given with its interval in s; the results are in the same order.
     ///
     /// # Errors
-    /// Each trace has its own: those of [`fit_amplitudes`], and [`Error::Length`] for one that has not
-    /// the number of samples.
+    /// Each trace has its own error: those of [`fit_amplitudes`], and [`Error::Length`] if its number of
+    /// samples differs.
     pub fn fit<T: Copy + Into<f64>>(&self, traces: &[(&[T], f64)]) -> Vec<Result<AmplitudeFit, Error>> {
         let (fits, failed) = self.fit_apart(traces);
         let mut all: Vec<Result<AmplitudeFit, Error>> = fits.into_iter().map(Ok).collect();
@@ -88,8 +89,8 @@ impl EvenTraces {
         all
     }
 
-    /// [`fit`](Self::fit) with what failed apart: its place, in order, and why. In that place stands a fit
-    /// whose numbers are NaN.
+    /// [`fit`](Self::fit) with the failures listed separately: their index, in order, and the error. Their
+    /// entries in the list of fits contain NaN.
     pub fn fit_apart<T: Copy + Into<f64>>(
         &self,
         traces: &[(&[T], f64)],
@@ -106,7 +107,8 @@ impl EvenTraces {
             }
             None => left.extend(0..traces.len()),
         }
-        // What has no clock or another length comes first, what was tried as it came.
+        // `left` lists traces without a clock or of another length first; sorting restores the original
+        // order.
         left.sort_unstable();
         let mut failed = Vec::new();
         for row in left {
@@ -124,7 +126,8 @@ impl EvenTraces {
         fit_amplitudes(Sampling::Every(interval), &doubles)
     }
 
-    /// Fits some of the traces by their first `K` moments; those that these do not tell are left.
+    /// Fits some of the traces from their first `K` moments; those that are not determined are added to
+    /// `left`.
     fn by_moments<T: Copy + Into<f64>, const K: usize>(
         &self,
         moments: &Moments,
@@ -141,7 +144,7 @@ impl EvenTraces {
             let mut lanes = 0;
             for row in some.by_ref() {
                 let (trace, interval) = traces[row];
-                // Without a duration a trace is fitted alone, and found wanting there.
+                // A trace without a duration is fitted alone, which returns the error.
                 if trace.len() != self.samples || !(interval > 0.0 && interval.is_finite()) {
                     left.push(row);
                     continue;
@@ -174,7 +177,7 @@ impl EvenTraces {
     }
 }
 
-/// In the place of a trace that cannot be fitted.
+/// Entry for a trace that cannot be fitted.
 const NO_FIT: AmplitudeFit = AmplitudeFit {
     initial_amplitude: [f64::NAN; 2],
     sliding_rate: [f64::NAN; 2],
@@ -213,7 +216,8 @@ mod tests {
             for ([value, error], [other, other_error]) in pairs(fit).into_iter().zip(pairs(alone)) {
                 let most = (1e-9 * other.abs()).max(1e-7 * other_error);
                 assert!((value - other).abs() <= most, "{fit:?} for {alone:?}");
-                // Errors are those before the last step, of 3e-6 of them at most in either.
+                // Errors are evaluated before the last step, which changes them by a relative 3e-6 at most in
+                // either fit.
                 assert!((error / other_error - 1.0).abs() < 1e-5, "{fit:?} for {alone:?}");
             }
             assert!((fit.correlation - alone.correlation).abs() < 1e-6, "{fit:?} for {alone:?}");
@@ -233,7 +237,7 @@ mod tests {
             let made = |(seed, rate): (usize, &f64)| trace(samples, *rate, sliding, noise, seed);
             let traces: Vec<Vec<f64>> = rates.iter().enumerate().map(made).collect();
             let rows: Vec<(&[f64], f64)> = traces.iter().map(|t| (t.as_slice(), interval)).collect();
-            // Of few samples and much noise there are several minima: either fit may find another.
+            // With few samples and much noise there are several minima: the two fits may find different ones.
             prop_assume!(samples > 60 || noise < 1e-2);
             let fits = EvenTraces::new(samples).fit(&rows);
             if noise > 0.0 {
@@ -247,7 +251,7 @@ mod tests {
         }
     }
 
-    /// Neighbours decide which traces are looked at side by side, and nothing else.
+    /// Neighbours determine only which traces are fitted in parallel.
     #[test]
     fn the_answer_to_a_trace_does_not_depend_on_its_neighbours() {
         let mut traces: Vec<Vec<f64>> =
@@ -265,7 +269,7 @@ mod tests {
         assert!(together[5].is_err() && alone[5].is_err());
     }
 
-    /// One of these alone would be noticed by none: they are fitted among sound ones.
+    /// These traces are fitted among sound ones, since a defect would not show if each were fitted alone.
     #[test]
     fn what_moments_do_not_tell_is_fitted_alone() {
         let sound = trace(200, 1.0, 0.1, 0.01, 0);

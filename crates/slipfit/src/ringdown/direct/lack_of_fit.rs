@@ -1,19 +1,20 @@
-//! Whether what the law leaves of a trace is noise.
+//! Whether the residuals of the law are noise.
 
 use crate::numeric::trig::exp;
 
-/// Parts of a trace, each of which the law should meet.
+/// Number of parts of a trace whose mean residuals are tested.
 const PARTS: usize = 10;
-/// Samples below which the parts leave too few for the noise.
+/// Number of samples below which the parts contain too few for a noise estimate.
 const FEWEST: usize = 2 * PARTS;
-/// Unknowns of the law.
+/// Number of unknowns of the law.
 pub(super) const UNKNOWNS: usize = 3;
-/// Decay times below which `1 - e^(-z)` loses digits that its series has.
+/// Number of decay times below which `1 - e^(-z)` loses digits that its series retains.
 const GENTLE: f64 = 1e-3;
-/// Residuals below this part of the signal's power are those of rounded samples.
+/// Residuals below this fraction of the signal's power are those of rounded samples.
 const EXACT: f64 = 1e-12;
 
-/// Variance of what the law leaves in the means of ten parts, over that about them, and its degrees of freedom.
+/// Ratio of the variance of the mean residuals of ten parts to that within the parts, and its degrees of
+/// freedom.
 pub(super) fn lack_of_fit(
     elapsed: impl Fn(usize) -> f64,
     amplitude: &[f64],
@@ -47,12 +48,12 @@ pub(super) fn lack_of_fit(
     if all > EXACT * power { ratio(between, all, PARTS, n) } else { [0.0; 2] }
 }
 
-/// The ratio of variances and the degrees of freedom of the first, of residuals whose slow part, in so many
-/// dimensions, has the sum of squares `slow` of `all`.
+/// The ratio of variances and the numerator's degrees of freedom, for residuals with sum of squares `all`, of
+/// which `slow` lies in the slow part of the given number of dimensions.
 #[inline(always)]
 pub(super) fn ratio(slow: f64, all: f64, dimensions: usize, samples: usize) -> [f64; 2] {
     let freedom = (dimensions - UNKNOWNS) as f64;
     let noise = (all - slow) / (samples - dimensions) as f64;
-    // Without any noise there is nothing to compare with.
+    // Without noise there is nothing to compare with.
     if noise > 0.0 && slow > 0.0 { [slow / freedom / noise, freedom] } else { [0.0, freedom] }
 }
