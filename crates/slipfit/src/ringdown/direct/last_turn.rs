@@ -1,8 +1,9 @@
-//! At which turning point friction stopped the motion.
+//! Finds the turning point at which friction stopped the motion.
 //!
-//! The place of rest goes to and fro as the friction grows, so that the sum of squares has a minimum for every turning
-//! point at which the motion may have stopped. Given that turning point it is smooth, and its minimum is no higher than
-//! that of any motion that stops there: turning points are looked at from the lowest of these on.
+//! The rest position alternates in sign as the friction grows, so the sum of squares has a minimum for every
+//! turning point at which the motion may have stopped. For a given turning point the sum of squares is
+//! smooth, and its minimum is no higher than that of any motion that stops there. The turning points are
+//! examined in order of increasing minima.
 
 use super::minimise::{Minimum, Sums, inverse, step};
 use super::samples::{Samples, Stop, nearer};
@@ -10,35 +11,37 @@ use crate::motion::decay::amplitude::sliding_gain;
 use crate::motion::decay::closed_sums::Fall;
 use std::f64::consts::PI;
 
-/// Parts of a record that are taken for the motion, each shorter than the last one by this factor, and how many.
+/// Number of initial parts of the record that are tried as the motion, and the factor by which each is
+/// shorter than the last.
 const SHORTER: f64 = 0.82;
 const PARTS: usize = 20;
-/// Least half cycles and samples of a part.
+/// Minimum number of half cycles and of samples per part.
 const LEAST_TURNS: f64 = 1.5;
 const LEAST_SAMPLES: usize = 8;
-/// Turning points looked at to either side beyond the lowest.
+/// Number of turning points examined on either side of the lowest minimum.
 const BESIDE: usize = 3;
-/// First turning points of the start that are looked at.
+/// Number of turning points after the start that are examined.
 const FIRST: usize = 4;
-/// Motions whose stop is looked for, of those with the lowest sum of squares.
+/// Number of motions, those with the lowest sum of squares, whose stop is searched for.
 const DESCENDED: usize = 8;
-/// Further searches from where one has not converged.
+/// Number of times a search that has not converged is continued.
 const AGAIN: usize = 4;
-/// Steps along the edge of the motions that stop at a turning point.
+/// Number of steps along the boundary of the motions that stop at a turning point.
 const EDGE_STEPS: usize = 12;
 
-/// What is left at the turning point `n` once friction is overcome: the motion goes on where it is above zero.
+/// Amplitude that remains at the turning point `n` after friction is overcome: the motion continues if it is
+/// positive.
 fn swing(&[a0, x_f, delta, phase, omega, _]: &[f64; 6], n: f64) -> f64 {
     let fall = Fall::after(delta, (n * PI - phase) / omega);
     a0 * fall.e - x_f * (sliding_gain(delta, omega)[0] * fall.g + 1.0)
 }
 
-/// The number of the first turning point after `t`.
+/// The index of the first turning point after `t`.
 fn turn_after(p: &[f64; 6], t: f64) -> f64 {
     ((p[3] + p[4] * t) / PI).ceil()
 }
 
-/// The turning point at which friction holds the motion, before `last`.
+/// The turning point at which friction stops the motion, if before `last`.
 fn stop_of(p: &[f64; 6], last: f64) -> Option<f64> {
     let (mut moves, mut rests) = ((p[3] / PI).floor(), turn_after(p, last));
     if !(p[4] > 0.0 && rests - moves < 1e9) || swing(p, rests) > 0.0 {
@@ -51,15 +54,15 @@ fn stop_of(p: &[f64; 6], last: f64) -> Option<f64> {
     Some(rests)
 }
 
-/// The lowest minimum about motions that stop, `stopping` one of them, and `known`, which does not.
+/// The lowest minimum among motions near `stopping`, which stops, and `known`, which does not.
 pub(super) fn beside(samples: &Samples<'_>, stopping: &[f64; 6], known: Minimum<6>) -> Option<Minimum<6>> {
     let mut stops = Stops { samples, known: Vec::new() };
     stops.about(stopping);
     stops.lowest(Some(known))
 }
 
-/// The lowest minimum over all turning points at which the motion may stop, `known` among them; any part of the record
-/// from its beginning on may be the motion.
+/// The lowest minimum over all turning points at which the motion may stop, including `known`. Any initial
+/// part of the record may be the motion.
 pub(super) fn of_any_part(
     samples: &Samples<'_>,
     start: &[f64; 6],
@@ -103,14 +106,15 @@ pub(super) fn of_any_part(
     stops.lowest(known)
 }
 
-/// Minima given the turning point of the stop.
+/// Minima for given turning points of the stop.
 struct Stops<'a> {
     samples: &'a Samples<'a>,
     known: Vec<(f64, Minimum<6>)>,
 }
 
 impl Stops<'_> {
-    /// The minimum from a start: of a motion of few half cycles it may lie at the end of a long valley.
+    /// The minimum reached from a start; for a motion of few half cycles it may lie at the end of a long
+    /// valley.
     fn fit(&self, from: [f64; 6], stop: Stop) -> Option<Minimum<6>> {
         let mut found = self.samples.fit(from, stop)?;
         for _ in 0..AGAIN {
@@ -122,7 +126,7 @@ impl Stops<'_> {
         Some(found)
     }
 
-    /// Looks from `from` for the minimum of motions that stop at the turning point `turn`.
+    /// Searches from `from` for the minimum of motions that stop at the turning point `turn`.
     fn offer(&mut self, turn: f64, from: &[f64; 6]) {
         let last = self.samples.time[self.samples.time.len() - 1] - self.samples.time[0];
         if !(turn > from[3] / PI && (turn * PI - from[3]) < from[4] * last) {
@@ -136,7 +140,7 @@ impl Stops<'_> {
         }
     }
 
-    /// Offers the turning point at which friction holds the motion.
+    /// Offers the turning point at which friction stops the motion `p`.
     fn about(&mut self, p: &[f64; 6]) {
         let last = self.samples.time[self.samples.time.len() - 1] - self.samples.time[0];
         if let Some(turn) = stop_of(p, last) {
@@ -144,7 +148,7 @@ impl Stops<'_> {
         }
     }
 
-    /// Goes to both sides of the lowest until nothing lower is met.
+    /// Searches on both sides of the lowest minimum until no lower one is found.
     fn spread(&mut self) {
         let lowest = |known: &[(f64, Minimum<6>)]| {
             known.iter().min_by(|a, b| a.1.rss.total_cmp(&b.1.rss)).map(|(turn, fit)| (*turn, *fit))
@@ -164,7 +168,7 @@ impl Stops<'_> {
         }
     }
 
-    /// The lowest of all motions that friction stops, and of `known`.
+    /// The lowest minimum among all motions stopped by friction and `known`.
     fn lowest(mut self, known: Option<Minimum<6>>) -> Option<Minimum<6>> {
         self.spread();
         let mut best = known;
@@ -179,19 +183,20 @@ impl Stops<'_> {
         best
     }
 
-    /// The lowest of the motions that friction stops at this turning point, near the minimum of all that stop there.
+    /// The lowest of the motions stopped by friction at this turning point, near the minimum over all that
+    /// stop there.
     fn within(&self, turn: f64, minimum: &Minimum<6>) -> Option<Minimum<6>> {
         let p = &minimum.best;
         if swing(p, turn) <= 0.0 && swing(p, turn - 1.0) > 0.0 {
             return self.fit(*p, Stop::Friction);
         }
-        // One more swing, or one less: the edge is the motion that just stops.
+        // The minimum lasts one half cycle too long or too short: the boundary is the motion that just stops.
         let edge = if swing(p, turn) > 0.0 { turn } else { turn - 1.0 };
         let edge = self.along_edge(turn, edge, *p)?;
         self.fit(edge, Stop::Friction)
     }
 
-    /// The minimum where the swing of the turning point `edge` is just none.
+    /// The minimum under the constraint that the remaining amplitude at the turning point `edge` is zero.
     fn along_edge(&self, turn: f64, edge: f64, from: [f64; 6]) -> Option<[f64; 6]> {
         let mut p = from;
         for _ in 0..EDGE_STEPS {

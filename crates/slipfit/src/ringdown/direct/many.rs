@@ -1,4 +1,4 @@
-//! What follows from fits, for many of them at a time.
+//! Quantities derived from fits, for many fits at a time.
 
 use super::amplitudes::AmplitudeFit;
 use crate::inference::evidence::one_sided;
@@ -9,18 +9,18 @@ use std::f64::consts::{FRAC_PI_2, SQRT_2, TAU};
 const LANES: usize = 8;
 type Lanes = [f64; LANES];
 
-/// Degrees of freedom beyond which the F distribution differs from the normal by 1 % at p = 1e-3, and takes
-/// longer than the fit.
+/// Degrees of freedom beyond which the F distribution differs from the normal one by less than 1 % at p =
+/// 1e-3; its evaluation takes longer than the fit.
 const NORMAL: f64 = 200.0;
 
 impl AmplitudeFit {
-    /// [`friction_displacement`](Self::friction_displacement) of each fit, at the frequency that stands in
-    /// its place; not a number where none does.
+    /// [`friction_displacement`](Self::friction_displacement) of each fit, at the frequency with the same
+    /// index; NaN if there is no such frequency.
     pub fn friction_displacements(fits: &[Self], frequency_hz: &[f64]) -> Vec<[f64; 2]> {
         crate::numeric::dispatch(Displacements { fits, frequency_hz })
     }
 
-    /// [`sliding_p_value`](Self::sliding_p_value) of each fit, all of traces of so many samples.
+    /// [`sliding_p_value`](Self::sliding_p_value) of each fit, for traces of `samples` samples each.
     pub fn sliding_p_values(fits: &[Self], samples: usize) -> Vec<f64> {
         let freedom = samples.saturating_sub(3) as f64;
         if freedom > NORMAL {
@@ -34,7 +34,7 @@ impl AmplitudeFit {
     }
 }
 
-/// A number of each of a few fits; of none where there are fewer.
+/// One number from each of up to eight fits; unused lanes are zero.
 #[inline(always)]
 fn gathered(fits: &[AmplitudeFit], of: impl Fn(&AmplitudeFit) -> f64) -> Lanes {
     let mut lanes = [0.0; LANES];
@@ -76,8 +76,8 @@ impl Tails<'_> {
 }
 
 /// `(1 + 2 v) e^(v²) erfc v` in powers of `t = (v - 3.75)/(v + 3.75)`, for `v >= 0`: Shepherd and Laframboise
-/// (1981), Math. Comp. 36, 249. Its Chebyshev series, computed with 60 digits and cut behind degree 22, where
-/// coefficients fall below 1e-16.
+/// (1981), Math. Comp. 36, 249. Chebyshev series, computed with 60 digits and truncated after degree 22,
+/// where the coefficients fall below 1e-16.
 #[rustfmt::skip]
 const SCALED: [f64; 23] = [
     1.2375126308378275, -0.14024059858554525, 0.0035854154854790257, 0.08227673848999506,
@@ -88,8 +88,8 @@ const SCALED: [f64; 23] = [
     3.197926671666804e-08, -1.9551358868985616e-09, -2.623107347133476e-09,
 ];
 
-/// Upper tail of the normal distribution beyond `z >= 0`, to 1e-15 of itself and as much of `z²/2`; beyond 37,
-/// where it is below 1e-300, zero.
+/// Upper tail of the normal distribution beyond `z >= 0`, to a relative accuracy of 1e-15 plus the rounding
+/// of `z²/2`; zero beyond 37, where it is below 1e-300.
 #[inline(always)]
 fn tail<const FUSED: bool>(z: f64) -> f64 {
     const BORDER: f64 = 3.75;
@@ -108,7 +108,7 @@ struct Displacements<'a> {
     frequency_hz: &'a [f64],
 }
 
-/// `y coth y` in powers of `y²`; up to [`GENTLE`] the first term left out is below 1e-17.
+/// `y coth y` in powers of `y²`; up to [`GENTLE`] the first term omitted is below 1e-17.
 const Y_COTH_Y: [f64; 8] = [
     1.0,
     1.0 / 3.0,
@@ -200,7 +200,7 @@ mod tests {
         }
     }
 
-    /// Half the complementary error function of `z/sqrt 2`, by mpmath 1.4 with 30 digits.
+    /// Half the complementary error function of `z/sqrt 2`, computed by mpmath 1.4 with 30 digits.
     #[test]
     fn the_tail_is_that_of_the_error_function() {
         let table = [
@@ -221,7 +221,7 @@ mod tests {
         let fits: Vec<AmplitudeFit> = table.iter().map(|(z, _)| fit(0.5 * z, 0.0)).collect();
         let values = AmplitudeFit::sliding_p_values(&fits, 5000);
         for (((z, expected), value), fit) in table.iter().zip(&values).zip(&fits) {
-            // The exponential carries the rounding of z²/2.
+            // The exponential amplifies the rounding of z²/2.
             assert!((value - expected).abs() <= (1e-15 + z.powi(2) * 2e-16) * expected, "{z}: {value}");
             assert_eq!(fit.sliding_p_value(5000), *value);
         }

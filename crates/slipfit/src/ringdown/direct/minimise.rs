@@ -1,4 +1,4 @@
-//! Gauss-Newton for a handful of parameters, without a single allocation.
+//! Gauss-Newton minimisation for a few parameters, without allocation.
 
 /// Sums over the samples: `JᵀJ` (lower triangle suffices), `Jᵀr`, `rᵀr`, with `r = data - model`.
 #[derive(Debug, Clone, Copy)]
@@ -8,7 +8,7 @@ pub(super) struct Sums<const N: usize> {
     pub(super) rss: f64,
 }
 
-/// Where the search ended.
+/// Result of the search.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Minimum<const N: usize> {
     pub(super) best: [f64; N],
@@ -16,23 +16,23 @@ pub(super) struct Minimum<const N: usize> {
     pub(super) inverse: [[f64; N]; N],
     pub(super) rss: f64,
     pub(super) converged: bool,
-    /// Times the sums were taken.
+    /// Number of times the sums were computed.
     pub(super) passes: usize,
 }
 
 const MOST_PASSES: usize = 60;
-/// The last step is taken unseen when what then remains, should the steps go on
-/// shrinking only as they did, is below this part of a standard error.
+/// The last step is taken without evaluating its sums if the remaining error, extrapolated from the
+/// convergence so far, is below this fraction of a standard error.
 const LAST: f64 = 1e-3;
-/// That step itself is at most so many times as long.
+/// Maximum length of the last step, as a multiple of that fraction.
 const LONGEST: f64 = 300.0;
-/// Residuals carry a rounding of about 1e-13 of the signal at worst.
+/// The relative rounding error of the residuals is at most about 1e-13 of the signal.
 pub(super) const ROUNDING: f64 = 1e-26;
 
 /// Least squares from `start`.
 ///
-/// `sums` takes the sums at a point, or `None` where the model does not exist;
-/// `moved` adds a step. `power` is the signal's own sum of squares.
+/// `sums` computes the sums at a point, or `None` if the model does not exist there; `moved` adds a step.
+/// `power` is the sum of squares of the signal.
 pub(super) fn minimise<const N: usize>(
     start: [f64; N],
     observations: f64,
@@ -43,7 +43,7 @@ pub(super) fn minimise<const N: usize>(
     minimise_to(LAST, start, observations, power, sums, moved)
 }
 
-/// [`minimise`] that ends where what remains is below this part of a standard error.
+/// [`minimise`] with the tolerance `part`, as a fraction of a standard error.
 pub(super) fn minimise_to<const N: usize>(
     part: f64,
     start: [f64; N],
@@ -65,7 +65,7 @@ pub(super) fn minimise_to<const N: usize>(
         };
         let trial = moved(&best, &step);
         let noise = here.rss / observations;
-        // A step's gain is the square of its length in standard errors, times the noise.
+        // The gain of a step is the square of its length in standard errors, times the noise variance.
         let length = (gain.max(0.0) / noise).sqrt();
         let remains = length * (length / before).min(1.0);
         let last = remains <= part && length <= LONGEST * part;
@@ -88,7 +88,7 @@ pub(super) fn minimise_to<const N: usize>(
                 (best, here) = (trial, there);
             }
             None if gain <= 1e-9 * here.rss.max(1e3 * ROUNDING * power) => {
-                // No way down but what rounding hides: the gradient still sees it.
+                // Any further decrease is hidden by rounding, but the gradient is still accurate.
                 if damping == 0.0 && trial.iter().all(|v| v.is_finite()) {
                     best = trial;
                 }
@@ -104,7 +104,7 @@ pub(super) fn minimise_to<const N: usize>(
 
 /// `A + damping diag A = L D Lᵀ`: `L` below the diagonal, `1/D` on it.
 ///
-/// `None` where a column is a combination of those before it, to rounding.
+/// `None` if a column is, to rounding, a linear combination of those before it.
 #[inline(always)]
 fn factor<const N: usize>(a: &[[f64; N]; N], damping: f64) -> Option<[[f64; N]; N]> {
     let mut l = [[0.0; N]; N];
@@ -125,7 +125,7 @@ fn factor<const N: usize>(a: &[[f64; N]; N], damping: f64) -> Option<[[f64; N]; 
         for i in j + 1..N {
             let mut sum = a[i][j];
             for k in 0..j {
-                // Rows below still hold L D.
+                // Rows below still contain L D.
                 sum -= l[i][k] * l[j][k];
             }
             l[i][j] = sum;
@@ -153,7 +153,7 @@ fn solve<const N: usize>(l: &[[f64; N]; N], g: &[f64; N]) -> [f64; N] {
     x
 }
 
-/// The damped step and the decrease of the sum of squares it promises.
+/// The damped step and the predicted decrease of the sum of squares.
 pub(super) fn step<const N: usize>(sums: &Sums<N>, damping: f64) -> Option<([f64; N], f64)> {
     let l = factor(&sums.jtj, damping)?;
     let x = solve(&l, &sums.jtr);
@@ -176,7 +176,7 @@ pub(super) fn inverse<const N: usize>(a: &[[f64; N]; N]) -> Option<[[f64; N]; N]
     Some(out)
 }
 
-/// Standard errors and correlations of a covariance `J C Jᵀ` known up to its scale.
+/// Standard errors and correlations from a covariance `J C Jᵀ` known up to its scale.
 pub(super) fn spread<const N: usize>(covariance: &[[f64; N]; N], variance: f64) -> ([f64; N], [[f64; N]; N]) {
     let mut error = [0.0; N];
     for i in 0..N {

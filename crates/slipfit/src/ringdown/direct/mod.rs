@@ -1,4 +1,4 @@
-//! Fits without an analysis: the data, a start, one model.
+//! Fits of one model from given start values, without the full analysis.
 
 mod amplitudes;
 mod by_moments;
@@ -39,7 +39,7 @@ fn check_finite(name: &'static str, values: &[f64]) -> Result<(), Error> {
     }
 }
 
-/// Refuses a time less than the one before.
+/// Refuses a time earlier than the preceding one.
 fn check_order(time_s: &[f64]) -> Result<(), Error> {
     match time_s.windows(2).position(|w| w[1] < w[0]) {
         Some(i) => Err(Error::TimeBackwards { index: i + 1, previous: time_s[i], next: time_s[i + 1] }),

@@ -1,15 +1,15 @@
-//! Sums of evenly spaced samples against polynomials, which tell a slow decay apart from its noise.
+//! Sums of evenly spaced samples with polynomials, which separate a slow decay from its noise.
 
 use crate::numeric::trig::{fused, has_fused};
 use pulp::Simd;
 
-/// The sums `c_k = sum_i y_i q_k(s_i)` of samples at `s_i = (2 i - n + 1)/(n - 1)` against the polynomials
-/// of degree `k` that are orthonormal over the samples.
+/// The sums `c_k = sum_i y_i q_k(s_i)` of samples at `s_i = (2 i - n + 1)/(n - 1)` with the polynomials of
+/// degree `k` that are orthonormal over the samples.
 ///
-/// A vector holds samples side by side. In any one lane they are evenly spaced too, and a polynomial of
-/// degree `k` in time is one of degree `k` in the number of the vector, so that all lanes have the same
-/// factors: samples are summed against polynomials of that number, early and late vectors together by
-/// their symmetry, and once per trace the lanes are put together:
+/// A vector contains consecutive samples. The samples in any one lane are evenly spaced too, and a polynomial
+/// of degree `k` in time is one of degree `k` in the index of the vector, so all lanes share the same
+/// factors. The samples are summed with polynomials of that index, early and late vectors together by
+/// symmetry, and the lanes are combined once per trace:
 ///
 /// ```text
 /// c_k = sum_lanes sum_(p <= k) M_p T_kp     M_p = sum_v y_v r_p(v)     T_kp = sum_v q_k r_p(v)
@@ -17,24 +17,25 @@ use pulp::Simd;
 #[derive(Debug, Clone)]
 pub(super) struct Moments {
     vectors: usize,
-    /// `r_p(v)` of each pair of vectors, from the outermost in; that in the middle comes last.
+    /// `r_p(v)` of each pair of vectors, from the outermost to the innermost; an unpaired middle vector comes
+    /// last.
     by_vector: Vec<[f64; DEGREES]>,
-    /// `T_kp`, lane by lane, `k` after `k`.
+    /// `T_kp`, lane by lane, in order of `k`.
     by_lane: Vec<f64>,
-    /// `q_k` at the samples behind the last whole vector.
+    /// `q_k` at the samples after the last whole vector.
     rest: Vec<[f64; DEGREES]>,
 }
 
-/// Vectors below which there is nothing to share: every sample has factors of its own.
+/// Number of vectors below which each sample uses its own factors.
 const FEWEST_VECTORS: usize = 2 * DEGREES;
 
-/// Degrees that are summed at most.
+/// Maximum number of degrees that are summed.
 pub(super) const DEGREES: usize = 16;
 
-/// Doubles in the widest vectors there are.
+/// Number of doubles in the widest supported vectors.
 const WIDEST: usize = 8;
 
-/// Samples of one trace, and those of one that is going to be asked for.
+/// Samples of one trace, and those of a later one to prefetch.
 pub(super) struct Summed<'a, T, const K: usize> {
     pub(super) moments: &'a Moments,
     pub(super) trace: &'a [T],
@@ -49,7 +50,8 @@ pub(super) struct Sums<const K: usize> {
 }
 
 impl Moments {
-    /// For this many samples, at least twice the degrees; only what is dispatched like this may use it.
+    /// Tables for this many samples, at least twice the degrees; they are valid only for code dispatched in
+    /// the same way.
     pub(super) fn new(samples: usize) -> Self {
         crate::numeric::dispatch(Prepared { samples })
     }
@@ -126,7 +128,7 @@ impl<T: Copy + Into<f64>, const K: usize> Summed<'_, T, K> {
         let (middle, back) = back.split_at(moments.vectors % 2 * width);
         let mut by_vector = [simd.splat_f64s(0.0); K];
         let mut power = [simd.splat_f64s(0.0); 2];
-        // One of another length serves as well as none.
+        // A trace of another length is not prefetched.
         let ahead = if ahead.len() == trace.len() { ahead } else { trace };
         let pairs = front.chunks_exact(width).zip(back.rchunks_exact(width));
         let ahead = ahead.chunks_exact(2 * width);
@@ -175,10 +177,10 @@ impl<T: Copy + Into<f64>, const K: usize> Summed<'_, T, K> {
     }
 }
 
-/// Bytes that memory gives at a time.
+/// Size of a cache line in bytes.
 const LINE: usize = 64;
 
-/// Asks for memory that is going to be read.
+/// Prefetches memory that will be read.
 #[inline(always)]
 fn prefetch<T>(place: &T) {
     #[cfg(target_arch = "x86_64")]
@@ -187,8 +189,8 @@ fn prefetch<T>(place: &T) {
     let _ = place;
 }
 
-/// `b_k` of `s q_(k-1) = b_k q_k + b_(k-1) q_(k-2)`, the polynomials of Gram (discrete Chebyshev's):
-/// `k²(n² - k²)/(4(4k² - 1))` of whole steps.
+/// `b_k` of `s q_(k-1) = b_k q_k + b_(k-1) q_(k-2)`, the Gram (discrete Chebyshev) polynomials: `k²(n² -
+/// k²)/(4(4k² - 1))` in units of the sampling step.
 pub(super) fn recurrence<const N: usize>(samples: usize) -> [f64; N] {
     let n = samples as f64;
     let scale = 2.0 / (n - 1.0);
@@ -199,7 +201,7 @@ pub(super) fn recurrence<const N: usize>(samples: usize) -> [f64; N] {
     })
 }
 
-/// The polynomials at a place, by their recurrence.
+/// The polynomials at `s`, computed by their recurrence.
 fn orthonormal(s: f64, samples: usize, recurrence: &[f64; DEGREES]) -> [f64; DEGREES] {
     let mut q = [0.0; DEGREES];
     q[0] = 1.0 / (samples as f64).sqrt();
@@ -234,7 +236,8 @@ mod tests {
         }
     }
 
-    /// By the symmetry of whole vectors, one in the middle, samples behind the last, or sample by sample.
+    /// Covers whole vectors with symmetry, a middle vector, samples after the last vector, and summation
+    /// sample by sample.
     #[test]
     fn vectors_and_samples_give_the_same_sums() {
         for n in [32, 47, 255, 256, 257, 264, 300, 511, 512, 1000, 4099] {

@@ -1,4 +1,4 @@
-//! Least squares of the exact motion through samples, and a start near the least.
+//! Least-squares fit of the exact motion to samples, and start values near the minimum.
 
 use super::minimise::{Minimum, Sums, minimise};
 use crate::motion::decay::amplitude::sliding_gain;
@@ -7,7 +7,7 @@ pub(super) use crate::motion::decay::closed_sums::{Pass, Stop};
 use crate::signal::blocks::{self, Block, PhaseAt};
 use std::f64::consts::TAU;
 
-/// The samples, and their sum of squares.
+/// The samples and their sum of squares.
 pub(super) struct Samples<'a> {
     pub(super) time: &'a [f64],
     pub(super) signal: &'a [f64],
@@ -28,7 +28,8 @@ impl Samples<'_> {
         minimise(from, self.time.len() as f64, self.power, |p| self.sums(p, stop), moved)
     }
 
-    /// Whether the last samples scatter less about their mean than a fit leaves of all: white noise is alike everywhere.
+    /// Whether the last samples scatter less about their mean than all residuals of a fit do, which white
+    /// noise would not.
     pub(super) fn end_is_calmer(&self, rss: f64) -> bool {
         let n = self.signal.len();
         let end = &self.signal[n - (n / END_PART).clamp(END_LEAST.min(n), END_MOST)..];
@@ -39,20 +40,21 @@ impl Samples<'_> {
     }
 }
 
-/// The end of a record that is looked at for a rest: a part of it, and samples at least and at most.
+/// Part of the record, as a fraction and as minimum and maximum number of samples, that is examined for a
+/// rest.
 const END_PART: usize = 16;
 const END_LEAST: usize = 8;
 const END_MOST: usize = 128;
-/// Variance that a fit leaves over that of the end, from which on the end is at rest.
+/// Ratio of the residual variance of a fit to the variance of the end above which the end is at rest.
 const CALMER: f64 = 1.6;
 
-/// Pieces whose amplitudes and phases lead the start to its goal.
+/// Maximum number of pieces whose amplitudes and phases improve the start values.
 const PIECES: usize = 24;
 
-/// A better start: amplitude and phase of a few pieces along the start's own
-/// phase, a straight line through the phases, the averaged law through the
-/// amplitudes. Also the residual sum of squares of the pieces. `None` for fewer
-/// than four cycles or where nothing comes of it.
+/// Improved start values: amplitude and phase of a few pieces are measured along the phase of the given
+/// start, a straight line is fitted to the phases and the averaged law to the amplitudes. Also returns the
+/// residual sum of squares of the pieces. `None` for fewer than four cycles or if the result is not
+/// plausible.
 pub(super) fn nearer(time: &[f64], signal: &[f64], at: &[f64; 6]) -> Option<([f64; 6], f64)> {
     let &[_, x_f, delta, phase, omega, _] = at;
     let (origin, n) = (time[0], time.len());
@@ -74,7 +76,7 @@ pub(super) fn nearer(time: &[f64], signal: &[f64], at: &[f64; 6]) -> Option<([f6
     let found = blocks::demodulate(time, signal, &pieces, &along);
     let centres: Vec<f64> = found.iter().map(|b| b.time_s).collect();
     let amplitudes: Vec<f64> = found.iter().map(|b| b.amplitude.hypot(b.quadrature)).collect();
-    // Straight line through the phases, each as sure as its amplitude is high.
+    // Straight line through the phases, weighted by the square of the amplitude.
     let mut line = [0.0; 5];
     let mut ahead = 0.0;
     for (b, a) in found.iter().zip(&amplitudes) {

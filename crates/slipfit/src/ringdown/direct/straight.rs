@@ -1,7 +1,7 @@
-//! Series for decays that are nearly straight lines.
+//! Series for decays that are close to straight lines.
 
-/// Decay times in a trace below which `(1 - e^(-x u))/x` is a series: sums of exponentials lose digits as
-/// the square of this.
+/// Number of decay times in a trace below which `(1 - e^(-x u))/x` is computed as a series: sums of
+/// exponentials lose digits in proportion to its square.
 pub(super) const STRAIGHT: f64 = 0.25;
 
 /// Coefficients of `(e^z - 1)/z = sum z^j/(j+1)!`; twelve of them are exact to rounding below a quarter.

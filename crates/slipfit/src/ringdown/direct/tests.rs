@@ -49,7 +49,7 @@ fn the_exact_motion_is_recovered_to_rounding() {
     for (q, x_f) in [(3.0, 0.005), (50.0, 0.01), (1000.0, 0.001), (1e6, 0.002)] {
         for uneven in [0.0, 0.01] {
             let times: Vec<f64> = (0..900).map(|i| i as f64 * 0.021 + uneven * noise(i)).collect();
-            // Before the stop: beyond it lies a plateau for every half cycle.
+            // Only before the stop: beyond it there is a minimum for every half cycle.
             let end = if q < 10.0 { 3.0 } else { 12.0 };
             let times: Vec<f64> = times.iter().map(|t| t - times[0]).filter(|&t| t < end).collect();
             let (truth, signal) = decay(q, x_f, &times);
@@ -71,8 +71,8 @@ fn a_record_that_runs_into_the_rest_is_fitted_whole() {
     assert!((fit.best.friction_displacement - 0.04).abs() < 1e-9, "{fit:?}");
 }
 
-/// Records that go on past the stop for a twentieth to three times the motion, of 2 to 400 half cycles, from starts
-/// that know nothing of friction.
+/// Records that extend past the stop by a twentieth to three times the duration of the motion, of 2 to 400
+/// half cycles, from start values without friction.
 #[test]
 fn no_converged_answer_lies_above_the_truth_where_the_record_goes_on_past_the_stop() {
     let uniform = |i: usize, low: f64, high: f64| low + (high - low) * (noise(i) + 0.5);
@@ -109,7 +109,7 @@ fn no_converged_answer_lies_above_the_truth_where_the_record_goes_on_past_the_st
     assert!(above.is_empty(), "{above:?}");
 }
 
-/// `Jᵀr` is minus half the gradient of `rᵀr`, at low and high Q, with and without rest.
+/// `Jᵀr` is minus half the gradient of `rᵀr`, at low and high Q, with and without a rest.
 #[test]
 fn the_gradient_holds_for_every_parameter() {
     let times: Vec<f64> = (0..800).map(|i| i as f64 * 0.023 + 0.01 * noise(i)).collect();
@@ -165,7 +165,7 @@ fn standard_errors_tell_the_scatter() {
             *square += z * z / runs as f64;
         }
     }
-    // The mean of 120 squares scatters by 0.13; five times that.
+    // The mean of 120 squares has a standard deviation of 0.13; the tolerance is five times that.
     assert!(squares.iter().all(|s| (s - 1.0).abs() < 0.65), "{squares:?}");
 }
 
@@ -188,7 +188,7 @@ fn envelopes_of_even_and_uneven_clocks_agree_with_the_truth() {
     }
 }
 
-/// The two ways of summing are one, on data no decay fits.
+/// The two methods of summation agree, on data that no decay fits.
 #[test]
 fn an_even_clock_only_changes_the_speed() {
     for n in [5, 64, 777, 3000] {
@@ -247,7 +247,7 @@ fn what_cannot_be_fitted_is_refused_by_name() {
         Err(Error::Parameter { name: "amplitude", .. })
     ));
     assert!(matches!(fit_envelope(&[2.0; 50], &signal, &start), Err(Error::NoFit { .. })));
-    // Of amplitudes without a bend the rate of the start came back, as if it were measured.
+    // For amplitudes without curvature the start rate used to be returned as if it had been measured.
     for constant in [2.0, 0.0, -3e7, 1e-30] {
         for decay_rate_per_s in [0.01, 0.2, 5.0, -1.0] {
             let found = fit_envelope(
@@ -262,7 +262,7 @@ fn what_cannot_be_fitted_is_refused_by_name() {
     assert!(fit_envelope(&times, &signal, &nan).is_err());
 }
 
-/// Amplitudes under both losses, in closed form where that is exact.
+/// Amplitudes under both losses, in closed form.
 fn both_losses(initial: f64, sliding: f64, delta: f64, times: &[f64]) -> Vec<f64> {
     let gone = |t: f64| if delta == 0.0 { t } else { -(-delta * t).exp_m1() / delta };
     times.iter().map(|&t| initial * (-delta * t).exp() - sliding * gone(t)).collect()
@@ -270,7 +270,7 @@ fn both_losses(initial: f64, sliding: f64, delta: f64, times: &[f64]) -> Vec<f64
 
 #[test]
 fn losses_are_recovered_from_nothing_viscous_to_nothing_sliding() {
-    // Over one second, from a straight line through the border of the series to a steep decay.
+    // Over one second, from a straight line across the limit of the series to a steep decay.
     for delta in [0.0, 1e-6, 1e-4, 9.9e-3, 1.01e-2, 0.1, 1.0, 4.0, -0.3] {
         for sliding in [0.0, 0.02, 0.6] {
             for n in [4, 7, 64, 200, 512, 1234] {
@@ -297,7 +297,7 @@ fn losses_are_recovered_from_nothing_viscous_to_nothing_sliding() {
     }
 }
 
-/// On noise both fits find the same minimum: the law is one.
+/// With noise both fits find the same minimum, since they fit the same law.
 #[test]
 fn the_law_is_that_of_the_envelope() {
     let times: Vec<f64> = (0..512).map(|i| i as f64 * 0.01).collect();
@@ -312,7 +312,7 @@ fn the_law_is_that_of_the_envelope() {
             (fit.decay_rate_per_s, envelope.best.decay_rate_per_s, envelope.std_error.decay_rate_per_s),
         ];
         for ([value, error], other, other_error) in pairs {
-            // Either stops within a hundredth of a standard error.
+            // Both stop within a hundredth of a standard error.
             assert!((value - other).abs() < 0.02 * error, "{fit:?} {envelope:?}");
             assert!((error / other_error - 1.0).abs() < 1e-2, "{fit:?} {envelope:?}");
         }
@@ -343,7 +343,7 @@ fn standard_errors_of_amplitudes_tell_the_scatter() {
                 *square += ((value - truth) / error).powi(2) / runs as f64;
             }
         }
-        // The mean of 200 squares scatters by 0.1; five times that.
+        // The mean of 200 squares has a standard deviation of 0.1; the tolerance is five times that.
         assert!(squares.iter().all(|s| (s - 1.0).abs() < 0.5), "{sliding}, {delta}: {squares:?}");
     }
 }
@@ -361,7 +361,8 @@ fn the_p_value_of_sliding_friction_is_that_of_its_tail() {
         steps: 1,
     };
     assert_eq!(fit(-2.0).sliding_p_value(500), 1.0);
-    // One-sided 5 % and 1 % points of the normal distribution; of Student's t with 10 degrees.
+    // One-sided 5 % and 1 % points of the normal distribution; then of Student's t with 10 degrees of
+    // freedom.
     assert!((fit(1.644_85).sliding_p_value(1_000_000) - 0.05).abs() < 1e-5);
     assert!((fit(2.326_35).sliding_p_value(1_000_000) - 0.01).abs() < 1e-5);
     assert!((fit(1.812_46).sliding_p_value(13) - 0.05).abs() < 1e-5);
@@ -421,7 +422,7 @@ fn fitted_both_ways(trace: &[f64]) -> [AmplitudeFit; 2] {
     [together, fit_amplitudes(Sampling::At(&times), trace).unwrap()]
 }
 
-/// A decay of `e^(-delta t)` under a sliding rate, with noise; one that stops stays at zero.
+/// A decay `e^(-delta t)` with a sliding rate and noise; it stays at zero after the stop.
 fn ending_trace(samples: usize, delta: f64, sliding: f64, sigma: f64, seed: usize) -> Vec<f64> {
     let value = |i: usize| {
         let t = 0.01 * i as f64;
@@ -441,7 +442,7 @@ fn noise_alone_seldom_is_a_misfit() {
             })
             .collect();
         for way in 0..2 {
-            // Of 400 with 10 %: 40 ± 6; four times that.
+            // 400 trials at 10 %: 40 ± 6; the tolerance is four times that.
             let few = p.iter().filter(|p| p[way] < 0.1).count();
             assert!((16..=64).contains(&few), "{delta}, {sliding}, {way}: {few}");
             assert!(p.iter().all(|p| p[way] > 3e-5), "{delta}, {sliding}, {way}");

@@ -1,4 +1,4 @@
-//! The exact motion through every sample.
+//! Fit of the exact motion to every sample.
 
 use super::last_turn;
 use super::minimise::{Minimum, spread};
@@ -11,13 +11,13 @@ use std::f64::consts::TAU;
 /// Parameters of a free decay with viscous and sliding friction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Decay {
-    /// A_0: where the law of the turning points stands at the first time, signal unit.
+    /// A_0: the value of the turning-point law at the first time, signal unit.
     pub initial_amplitude: f64,
     /// x_F = F/k, signal unit.
     pub friction_displacement: f64,
     /// delta = gamma/2m, 1/s.
     pub decay_rate_per_s: f64,
-    /// Phase at the first time, rad; a turning point at the top has phase zero.
+    /// Phase at the first time, rad; zero at an upper turning point.
     pub phase_rad: f64,
     /// omega_d/2 pi, Hz.
     pub frequency_hz: f64,
@@ -41,17 +41,17 @@ impl Decay {
 /// Result of [`fit_waveform`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DecayFit {
-    /// The parameters of least squares.
+    /// The least-squares parameters.
     pub best: Decay,
     /// Their standard errors, each in its parameter's unit.
     pub std_error: Decay,
     /// Their correlations, in the order of the fields.
     pub correlation: [[f64; 6]; 6],
-    /// Root mean square of signal less model.
+    /// Root mean square of signal minus model.
     pub residual_rms: f64,
-    /// Whether no step would have changed a parameter by a hundredth of its standard error.
+    /// Whether a further step would change every parameter by less than a hundredth of its standard error.
     pub converged: bool,
-    /// Passes over all samples of the search that ended in it.
+    /// Number of passes over all samples in the search that found it.
     pub steps: usize,
 }
 
@@ -65,30 +65,28 @@ pub struct DecayFit {
 /// X_n + C = (A_0 + C) e^(-delta t_n),   C = x_F coth(pi delta/2 omega_d)
 /// ```
 ///
-/// and stands still from the first turning point on where `X_n <= x_F`. Eq.
-/// (15) and (16) of Vitorino, Vieira and Rodrigues, *Effect of sliding friction
-/// in harmonic oscillators*, are its average over a cycle at high Q, with
-/// `C = 4F/(pi gamma omega_0)`.
+/// and rests from the first turning point with `X_n <= x_F` on. Eq. (15) and (16) of Vitorino, Vieira and
+/// Rodrigues, *Effect of sliding friction in harmonic oscillators*, are its cycle average at high Q, with `C
+/// = 4F/(pi gamma omega_0)`.
 ///
-/// - `time_s`: s, never decreasing, in steps as they come
-/// - `signal`: displacement in any unit, as many
-/// - `start`: where the search begins. Its frequency must be right to about
-///   half a cycle over the record, its phase to about a radian
+/// - `time_s`: s, non-decreasing, in arbitrary steps
+/// - `signal`: displacement in any unit, one value per time
+/// - `start`: start values of the search. The frequency must be correct to about half a cycle over the
+///   record, the phase to about a radian
 ///
-/// A record that goes on past the stop has a minimum for every turning point at
-/// which the motion may have stopped: the lowest of them is found, in about four
-/// times as long as one of them.
+/// If the record extends past the stop, there is a minimum for every turning point at which the motion may
+/// have stopped: the lowest of them is found, in about four times the time needed for one of them.
 ///
-/// Standard errors are those of white noise of the residuals' size. Losses may
-/// come out negative, so that averages over many records stay unbiased.
+/// Standard errors assume white noise with the variance of the residuals. Losses may be negative, so that
+/// averages over many records remain unbiased.
 ///
 /// # Errors
 /// - [`Error::Length`] if the two differ in length
 /// - [`Error::TooFewSamples`] for fewer than seven
-/// - [`Error::TimeBackwards`] for a time less than the one before
-/// - [`Error::Parameter`] for a value that is not finite, a start frequency not above zero
-/// - [`Error::NoFit`] where the data do not determine six parameters, or the
-///   start's decay rate exceeds its frequency many times
+/// - [`Error::TimeBackwards`] for a time earlier than the preceding one
+/// - [`Error::Parameter`] for a value that is not finite or a start frequency that is not positive
+/// - [`Error::NoFit`] if the data do not determine six parameters, or if the start's decay rate is many times
+///   its frequency
 ///
 /// ```
 /// use slipfit::ringdown::{Decay, fit_waveform};
@@ -146,7 +144,7 @@ pub fn fit_waveform(time_s: &[f64], signal: &[f64], start: &Decay) -> Result<Dec
     let samples = Samples { time: time_s, signal, power };
     let mut found = None;
     if let Some((near, rss)) = nearer(time_s, signal, &at) {
-        // The straight pieces it was found from know what residual to expect.
+        // The fit of the pieces gives the expected residual.
         found = samples.fit(near, Stop::Never).filter(|f| f.converged && f.rss < 2.0 * rss + 1e-20 * power);
     }
     found = found.or_else(|| samples.fit(at, Stop::Never));
@@ -174,23 +172,23 @@ pub fn fit_waveform(time_s: &[f64], signal: &[f64], start: &Decay) -> Result<Dec
     })
 }
 
-/// Standard errors of friction within which a motion may stop.
+/// Number of standard errors of friction within which a stop is considered possible.
 const ERRORS: f64 = 5.0;
 
-/// A motion that the samples do not exclude and that stops before `duration` is over.
+/// A motion that the samples do not exclude and that stops within `duration`.
 fn may_stop(fit: &Minimum<6>, duration: f64, samples: usize) -> Option<[f64; 6]> {
     let error = (fit.inverse[1][1].max(0.0) * fit.rss / samples as f64).sqrt();
     let more = std::array::from_fn(|k| fit.best[k] + ERRORS * error * fit.inverse[k][1] / fit.inverse[1][1]);
     stopped(&more, duration).then_some(more)
 }
 
-/// Whether friction holds the motion before `duration` is over.
+/// Whether friction stops the motion within `duration`.
 fn stopped(&[a0, x_f, delta, _, omega, _]: &[f64; 6], duration: f64) -> bool {
     let fall = Fall::after(delta, duration);
     a0 * fall.e - x_f * (sliding_gain(delta, omega)[0] * fall.g + 1.0) <= 0.0
 }
 
-/// Sum of squares of the samples, and whether the times are finite and never decrease.
+/// Sum of squares of the samples, and whether the times are finite and non-decreasing.
 struct PowerAndOrder<'a> {
     time: &'a [f64],
     signal: &'a [f64],
@@ -221,7 +219,7 @@ impl pulp::NullaryFnOnce for PowerAndOrder<'_> {
         for (a, b) in self.time[..n - 1].iter().zip(&self.time[1..]) {
             falls += u64::from(!(a <= b));
         }
-        // In order, infinity can stand only at the ends.
+        // If the times are in order, infinities can occur only at the ends.
         (sum, falls == 0 && self.time[0].is_finite() && self.time[n - 1].is_finite())
     }
 }
