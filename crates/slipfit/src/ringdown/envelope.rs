@@ -1,4 +1,4 @@
-//! The amplitude law against the amplitudes of the blocks.
+//! Least-squares problem of the amplitude law and the amplitudes of the blocks.
 
 use crate::inference::least_squares::{Fit, LeastSquares, Normal};
 use crate::motion::decay::amplitude::{AmplitudeLaw, sliding_gain};
@@ -8,16 +8,16 @@ use crate::motion::decay::path::{AmplitudePath, CARRIED, Carried};
 
 pub(crate) use crate::motion::decay::parameters::{A0, DELTA, DRAG, X_F, law_of};
 
-/// Square of the noise floor of a bare envelope, behind the loss terms.
+/// Slot of the square of the noise floor of a bare envelope, after the loss terms.
 pub(crate) const FLOOR: usize = CARRIED;
 const COUNT: usize = FLOOR + 1;
 
-/// Amplitudes with their weights, and what is known of frequency and detector.
+/// Amplitudes with their weights, and the known properties of frequency and detector.
 #[derive(Debug, Clone)]
 pub(crate) struct EnvelopeProblem {
     /// Time since the start, s, ascending.
     pub(crate) elapsed: Vec<f64>,
-    /// Signed amplitude, or mean squared amplitude where `squared`.
+    /// Signed amplitude, or mean squared amplitude if `squared`.
     pub(crate) value: Vec<f64>,
     /// Inverse variance up to a common factor.
     pub(crate) weight: Vec<f64>,
@@ -25,9 +25,10 @@ pub(crate) struct EnvelopeProblem {
     pub(crate) omega: f64,
     /// Relative shift of frequency per A² and A⁴.
     pub(crate) backbone: [f64; 2],
-    /// The values are `A² + floor`, the floor a parameter.
+    /// Whether the values are `A² + floor`, with the floor a parameter.
     pub(crate) squared: bool,
-    /// Variance of the times of the samples whose mean a value is, s²; zero where it is that of their middle.
+    /// Variance of the times of the samples averaged in a value, s²; zero if the value is that at their
+    /// middle.
     pub(crate) time_variance_s2: f64,
     pub(crate) lowpass: Option<super::lowpass::Kernel>,
 }
@@ -61,7 +62,7 @@ impl EnvelopeProblem {
         out
     }
 
-    /// Root mean square of amplitude less model.
+    /// Root mean square of amplitude minus model.
     pub(crate) fn unweighted_rms(&self, p: &[f64]) -> f64 {
         let law = law_of(p, self.omega);
         let mut sum = 0.0;
@@ -69,8 +70,8 @@ impl EnvelopeProblem {
         (sum / self.value.len() as f64).sqrt()
     }
 
-    /// Residuals of which outliers stand out: weighted, or, of squares, those of their roots, whose noise has no long
-    /// tail and is nearly the same from the start to rest.
+    /// Residuals suited to outlier detection: the weighted ones or, for squares, those of their square roots,
+    /// whose noise has no long tail and is nearly constant from the start to rest.
     pub(crate) fn residuals_for_outliers(&self, p: &[f64]) -> Vec<f64> {
         if !self.squared {
             return self.residuals(p);
@@ -81,19 +82,19 @@ impl EnvelopeProblem {
         out
     }
 
-    /// Amplitude less model at a point.
+    /// Amplitude minus model at a point.
     fn miss(&self, law: &AmplitudeLaw, j: usize, amplitude: f64, p: &[f64]) -> f64 {
         let (data, model) = (self.value[j], self.model(law, amplitude, p));
         if self.squared { data.max(0.0).sqrt() - model.max(0.0).sqrt() } else { data - model }
     }
 
-    /// What a point is, given the amplitude in its middle.
+    /// Model value of a point, given the amplitude at its middle.
     fn model(&self, law: &AmplitudeLaw, amplitude: f64, p: &[f64]) -> f64 {
         let middle = if self.squared { amplitude.max(0.0).powi(2) + p[FLOOR] } else { amplitude };
         middle + averaging_bias(law, amplitude, self.squared, self.time_variance_s2)
     }
 
-    /// Derivatives of the model by all parameters.
+    /// Derivatives of the model with respect to all parameters.
     fn row(&self, amplitude: f64, by: [f64; CARRIED]) -> [f64; COUNT] {
         let factor = if self.squared { 2.0 * amplitude.max(0.0) } else { 1.0 };
         let mut row = [1.0; COUNT];
@@ -103,13 +104,13 @@ impl EnvelopeProblem {
         row
     }
 
-    /// All amplitudes by the closed law, where it is the law and its derivatives suffice.
+    /// All amplitudes from the closed law, if it applies and its derivatives suffice.
     fn at_once(&self, law: &AmplitudeLaw, carried: Carried) -> Option<Points> {
         let closed = carried != Carried::All && self.backbone == [0.0; 2] && self.lowpass.is_none();
         if closed { closed_path::at_times(law, &self.elapsed) } else { None }
     }
 
-    /// Amplitudes and the derivatives that are `carried`.
+    /// Visits the amplitudes and the derivatives selected by `carried`.
     fn walk(&self, p: &[f64], carried: Carried, mut visit: impl FnMut(usize, f64, [f64; CARRIED])) {
         self.walk_while(p, carried, |j, amplitude, by| {
             visit(j, amplitude, by);
@@ -117,7 +118,7 @@ impl EnvelopeProblem {
         });
     }
 
-    /// The same as long as they are asked for; whether that was to the end.
+    /// The same, as long as `visit` returns true; returns whether the end was reached.
     fn walk_while(
         &self,
         p: &[f64],
@@ -144,7 +145,8 @@ impl EnvelopeProblem {
                 for (j, &t) in self.elapsed.iter().enumerate() {
                     path.advance(t - now);
                     now = t;
-                    // The amplitude of a motion at rest is zero; beyond all numbers there is no motion.
+                    // The amplitude of a motion at rest is zero; a non-finite amplitude also counts as no
+                    // motion.
                     let seen = if path.amplitude <= 0.0 {
                         visit(j, 0.0, [0.0; CARRIED])
                     } else {
@@ -178,8 +180,8 @@ impl EnvelopeProblem {
     }
 }
 
-/// Mean of an amplitude, or of its square, over samples whose times have this variance, less that in their middle:
-/// half the variance times the second derivative.
+/// Mean of an amplitude, or of its square, over samples whose times have this variance, minus its value at
+/// their middle: half the variance times the second derivative.
 pub(crate) fn averaging_bias(
     law: &AmplitudeLaw,
     amplitude: f64,
@@ -228,25 +230,26 @@ impl LeastSquares for EnvelopeProblem {
     }
 }
 
-/// Amplitude and the losses compared by default.
+/// Number of parameters: amplitude and the losses compared by default.
 const FEW: usize = 4;
 
-/// Points whose sums are found together.
+/// Number of points whose sums are computed together.
 const TOGETHER: usize = 8;
 
-/// Sums over amplitudes that the closed law gives at once.
+/// Sums over amplitudes from the closed law, computed together.
 struct ClosedSums<'a> {
     problem: &'a EnvelopeProblem,
     law: &'a AmplitudeLaw,
     points: &'a Points,
-    /// `x_F` times the derivative of its rate by the decay rate, and that rate for each of it.
+    /// `x_F` times the derivative of the gain with respect to the decay rate, and the gain: sliding rate per
+    /// unit of `x_F`.
     gains: [f64; 2],
 }
 
-/// Numbers of some points.
+/// One number for each of several points.
 type Together = [f64; TOGETHER];
 
-/// Products of rows, of the rows and the residuals, and the sum of squares, place by place.
+/// Products of rows, products of rows and residuals, and the sum of squares, lane by lane.
 struct Sums {
     jtj: [[Together; FEW]; FEW],
     jtr: [Together; FEW],
@@ -254,7 +257,7 @@ struct Sums {
 }
 
 impl ClosedSums<'_> {
-    /// Adds value, weight, amplitude and derivatives of some points.
+    /// Adds values, weights, amplitudes and derivatives of several points.
     #[inline(always)]
     fn add(&self, sums: &mut Sums, [value, weight, a, by_a, by_x, by_d, by_c]: [&Together; 7]) {
         let Self { problem, law, gains: [through_delta, gain], .. } = *self;
@@ -301,7 +304,7 @@ impl pulp::NullaryFnOnce for ClosedSums<'_> {
         {
             self.add(&mut sums, [value, weight, a, by_a, by_x, by_d, by_c]);
         }
-        // The last places have no weight.
+        // The padding lanes have zero weight.
         let rest = columns.map(|column| {
             let mut piece = NONE;
             let rest = column.as_chunks::<TOGETHER>().1;
@@ -314,7 +317,7 @@ impl pulp::NullaryFnOnce for ClosedSums<'_> {
 }
 
 impl EnvelopeProblem {
-    /// [`Self::sums`] by the first [`FEW`] parameters where the closed law is the law; `None` elsewhere.
+    /// [`Self::sums`] for the first [`FEW`] parameters if the closed law applies; otherwise `None`.
     fn closed_sums(&self, p: &[f64], free: &[usize], out: &mut Normal, limit: f64) -> Option<bool> {
         if self.squared || free.iter().any(|k| *k >= FEW) {
             return None;
@@ -336,7 +339,7 @@ impl EnvelopeProblem {
         Some(out.rss <= limit && out.rss.is_finite())
     }
 
-    /// The sums by at most `N` free parameters; `false` where that of squares exceeds `limit`.
+    /// The sums with respect to at most `N` free parameters; `false` if the sum of squares exceeds `limit`.
     fn sums<const N: usize>(&self, p: &[f64], free: &[usize], out: &mut Normal, limit: f64) -> bool {
         let law = law_of(p, self.omega);
         let (mut jtj, mut jtr, mut rss) = ([[0.0; N]; N], [0.0; N], 0.0);
@@ -388,7 +391,7 @@ mod tests {
         }
     }
 
-    /// Central differences against the derivatives carried along.
+    /// Compares the derivatives carried along with central differences.
     fn check(problem: &EnvelopeProblem, terms: [f64; 4], further: f64, tolerance: f64) {
         let mut p = [0.0; COUNT];
         p[..4].copy_from_slice(&terms);
@@ -396,7 +399,7 @@ mod tests {
         p[SHAPE..FLOOR].fill(1.5);
         for k in 0..FLOOR {
             if k >= SHAPE && further == 0.0 {
-                // Without a loss its shape changes nothing.
+                // If a loss is zero, its shape has no effect.
                 continue;
             }
             let h = 1e-5 * p[k].abs().max(1e-2);
@@ -428,7 +431,8 @@ mod tests {
         ] {
             check(&problem([0.0; 2], false), p, 0.0, 2e-5);
             check(&problem([0.0; 2], false), p, 0.03, 2e-5);
-            // The loss terms' own change with amplitude is left out of the derivatives.
+            // The derivatives neglect that the loss terms themselves change with amplitude through the
+            // backbone.
             check(&problem([0.01, -0.001], false), p, 0.0, 2e-2);
         }
     }

@@ -1,4 +1,4 @@
-//! All that an answer is assembled from.
+//! Everything from which an answer is assembled.
 
 use super::criteria::Criteria;
 use super::measured::MeasuredDecay;
@@ -7,7 +7,7 @@ use super::samples::Samples;
 use super::window_fit::WindowFit;
 use crate::Record;
 
-/// A record, what was asked of it, and what was found.
+/// A record, the request and the results.
 pub(crate) struct Evidence<'a> {
     pub(crate) record: &'a Record,
     pub(crate) options: &'a Options,
@@ -15,6 +15,6 @@ pub(crate) struct Evidence<'a> {
     pub(crate) samples: &'a Samples<'a>,
     pub(crate) measured: &'a MeasuredDecay,
     pub(crate) fit: &'a WindowFit<'a>,
-    /// Cycles in the free decay.
+    /// Number of cycles of the free decay.
     pub(crate) cycles: f64,
 }

@@ -1,7 +1,7 @@
-//! Records of few cycles: the exact motion is fitted to every sample, from start values of its own.
+//! Records of few cycles: the exact motion is fitted to every sample, from its own start values.
 //!
-//! They are too short for amplitudes of whole cycles, or hold a decay of fewer than
-//! [`most_cycles`](FewCyclesCriteria::most_cycles) (8) cycles that the fit of the waveform begun at its
+//! They are too short for amplitudes of whole cycles, or contain a decay of fewer than
+//! [`most_cycles`](FewCyclesCriteria::most_cycles) (8) cycles that the waveform fit started from its
 //! amplitudes does not describe.
 
 use super::compare::Models;
@@ -23,14 +23,14 @@ use crate::signal::blocks::Block;
 use crate::signal::phase::PhaseLaw;
 use std::f64::consts::PI;
 
-/// Samples of the search for start values; more say no more.
+/// Maximum number of samples in the search for start values; more bring no gain.
 const SEARCH_SAMPLES: usize = 400;
-/// Half cycles shown at most.
+/// Maximum number of half cycles shown.
 const MOST_HALF_CYCLES: i32 = 1000;
 
-/// Fits the motion of a record of a few cycles, from its first sample or from its largest
-/// deflection on. `None` where it does not describe the samples, or swings back too little to be
-/// called an oscillation.
+/// Fits the motion of a record of a few cycles, from its first sample or from its largest deflection on.
+/// `None` if the fit does not describe the samples, or if the motion swings back too little to be called an
+/// oscillation.
 pub(crate) fn fit_few_cycles<'a>(
     samples: &'a Samples,
     asked: Option<LossModel>,
@@ -53,7 +53,7 @@ pub(crate) fn fit_few_cycles<'a>(
     }
     let noise_rms = neighbour_noise(signal[release..].windows(3)).unwrap_or(0.0);
     let swing = Swing { top, rest, quarter, noise_rms };
-    // The largest sample owes part of its size to the noise: the motion begins where it leaves it.
+    // The largest sample is partly noise: the motion starts where the signal leaves that level.
     let leaves = (release..crossing)
         .rev()
         .find(|&i| (signal[i] - rest).abs() >= top.abs() - c.release_noise * noise_rms)
@@ -62,25 +62,25 @@ pub(crate) fn fit_few_cycles<'a>(
     if leaves == 0 {
         return Some(from_release);
     }
-    // Most records begin with the release: their first samples count as well.
+    // Most records begin with the release, so their first samples are included if they agree.
     let whole = fit_from(samples, 0, &swing, asked, criteria);
     let agreeing = whole.filter(|w| describes(w, &from_release, leaves, &criteria.agreement));
     agreeing.or(Some(from_release))
 }
 
-/// The first swing of a motion after its release.
+/// The first half cycle of a motion after its release.
 struct Swing {
     /// Largest deflection, signed.
     top: f64,
-    /// Place of rest.
+    /// Rest position.
     rest: f64,
-    /// Time from there to the place of rest, s.
+    /// Time from the largest deflection to the rest position, s.
     quarter: f64,
     noise_rms: f64,
 }
 
-/// Whether the fit from the first sample on leaves no more than noise of the samples before
-/// `leaves`, and of the later ones no more than their own fit.
+/// Whether the residuals of the fit from the first sample are noise, both before and after `leaves`, compared
+/// with the fit of the later samples.
 fn describes(whole: &FittedDecay, later: &FittedDecay, leaves: usize, criteria: &AgreementCriteria) -> bool {
     let Problem::Waveform(problem) = &whole.fit.problem else { return false };
     let Some(best) = whole.fit.comparison.preferred() else { return false };
@@ -91,7 +91,7 @@ fn describes(whole: &FittedDecay, later: &FittedDecay, leaves: usize, criteria: 
         && is_noise(&residual[leaves..], variance, criteria)
 }
 
-/// The motion from sample `release` on, fitted.
+/// The fit of the motion from sample `release` on.
 fn fit_from<'a>(
     samples: &'a Samples,
     release: usize,
@@ -136,9 +136,9 @@ fn fit_from<'a>(
     }
     let Problem::Waveform(problem) = &fit.problem else { return None };
     measured.points = half_cycles(problem, p, release, sigma, c);
-    // Neighbouring samples overestimate the noise where few of them make up a cycle.
+    // Differences of neighbouring samples overestimate the noise if there are few samples per cycle.
     measured.noise_rms = sigma.min(swing.noise_rms);
-    // There are no blocks that would show what is left of the fundamental.
+    // There are no blocks from which to compute the residual fundamental.
     fit.excess = (sigma / measured.noise_rms).powi(2);
     fit.excess_freedom = (count - best.free.len() as f64).max(1.0);
     if p[X_F] > 0.0 && law.stop_time_s().is_some_and(|stop| stop < duration) {
@@ -149,7 +149,7 @@ fn fit_from<'a>(
     (measured.points.len() >= 2).then_some(FittedDecay { measured, fit })
 }
 
-/// The best of a coarse net of frequencies, decay rates and frictions, each fitted.
+/// The best of a coarse grid of frequencies, decay rates and frictions, each of which is fitted.
 fn start_values(samples: &Samples, release: usize, swing: &Swing) -> Option<Vec<f64>> {
     let (time, signal) = (&samples.time[release..], &samples.signal[release..]);
     let &Swing { top, rest, quarter, .. } = swing;
@@ -211,10 +211,11 @@ fn start_values(samples: &Samples, release: usize, swing: &Swing) -> Option<Vec<
     best.map(|b| b.1)
 }
 
-/// Standard errors to within which a start is fitted: what is found is only where the fits of the models begin.
+/// Tolerance, in standard errors, to which a start is fitted: the result serves only as a start for the fits
+/// of the models.
 const SEARCH_TOLERANCE: f64 = 0.1;
-/// Relative difference of sums of squares at one minimum, and the starts from which it is found again that end the
-/// search.
+/// Relative difference of sums of squares that belong to the same minimum, and how often it must be found
+/// again to end the search.
 const SAME_MINIMUM: f64 = 1e-3;
 const ENOUGH: usize = 4;
 
@@ -230,7 +231,7 @@ fn half_cycles(
     let half = PI / p[OMEGA];
     let residual = problem.residuals(p);
     let mut blocks: Vec<Block> = Vec::new();
-    // At the edge of what is a motion the model may not exist.
+    // At the limits of the parameters the model may not exist.
     if residual.iter().any(|r| r.is_nan()) {
         return blocks;
     }

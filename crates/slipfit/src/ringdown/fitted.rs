@@ -1,4 +1,4 @@
-//! The fitted motion, to be drawn or subtracted.
+//! The fitted motion, for plotting or subtraction.
 
 use super::level::Baseline;
 use super::remainder::Harmonics;
@@ -11,16 +11,16 @@ use crate::motion::decay::window::Observable;
 use crate::numeric::roots::border;
 use std::f64::consts::PI;
 
-/// Points of the amplitude table.
+/// Number of points of the amplitude table.
 const TABLE: usize = 2048;
 
 /// One knot of the phase and the offset.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Knot {
     pub(crate) time_s: f64,
-    /// Phase, rad; the motion turns at multiples of pi.
+    /// Phase, rad; turning points are at multiples of pi.
     pub(crate) phase: f64,
-    /// Its rate, rad/s.
+    /// Rate of the phase, rad/s.
     pub(crate) omega: f64,
     pub(crate) offset: f64,
 }
@@ -36,42 +36,42 @@ pub(crate) struct Knot {
 /// x = s { x_F + (|X_n| - x_F) rho^(theta/pi) [cos theta - (ln rho/pi) sin theta] }
 /// ```
 ///
-/// which is the closed form of a free decay with viscous and sliding friction
-/// when the frequency is constant, and joins the turning points smoothly when
-/// frequency or loss law change slowly. Of a velocity or an acceleration it is the derivative.
+/// which is the closed form of a free decay with viscous and sliding friction if the frequency is constant,
+/// and joins the turning points smoothly if frequency or loss law change slowly. For a velocity or
+/// acceleration record its derivative is used.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FittedMotion {
     pub(crate) start_s: f64,
     pub(crate) end_s: f64,
     pub(crate) law: AmplitudeLaw,
     pub(crate) friction_displacement: f64,
-    /// What the signal is of the motion, and the frequency at vanishing amplitude, rad/s.
+    /// Observable that the signal represents, and the frequency at vanishing amplitude, rad/s.
     observable: (Observable, f64),
     /// Empty for a bare envelope.
     pub(crate) knots: Vec<Knot>,
-    /// Relative frequency shift per A² and A⁴, which bends the loss as well.
+    /// Relative frequency shift per A² and A⁴, which also affects the loss.
     pub(crate) backbone: [f64; 2],
-    /// Amplitudes on an even grid where backbone or further losses leave no closed form.
+    /// Amplitudes on an even grid if there is no closed form because of backbone or further losses.
     table: Vec<f64>,
-    /// Added in square under an envelope's amplitude: `R² = A² + floor²`.
+    /// Noise floor of an envelope, added in quadrature: `R² = A² + floor²`.
     pub(crate) noise_floor: f64,
-    /// Where sliding friction stops the mass, if it does within the stretch.
+    /// Turning point at which sliding friction stops the mass, if it does within the stretch.
     rest: Option<Rest>,
-    /// Another mode that adds to the motion.
+    /// A second mode that is added to the motion.
     pub(crate) second_mode: Option<ViscousMode>,
-    /// What the level about which it swings wanders by beside its offset.
+    /// Wandering of the level about which the motion oscillates, in addition to its offset.
     pub(crate) baseline: Option<Baseline>,
-    /// Harmonics beyond its own.
+    /// Harmonics in addition to those of the motion itself.
     pub(crate) harmonics: Option<Harmonics>,
-    /// How the sensor that reads it bends; amplitudes are those of the straightened reading.
+    /// Nonlinearity of the sensor; amplitudes are those of the straightened reading.
     pub(crate) sensor_curve: Option<SensorCurve>,
 }
 
-/// The turning point from which the mass does not move any more.
+/// The turning point from which on the mass is at rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Rest {
     time_s: f64,
-    /// Off the middle.
+    /// Relative to the centre of the oscillation.
     displacement: f64,
 }
 
@@ -119,7 +119,8 @@ impl FittedMotion {
         motion
     }
 
-    /// The derivative of a motion of this frequency at vanishing amplitude, rad/s.
+    /// Makes the motion a derivative of the displacement; `omega` is the frequency at vanishing amplitude,
+    /// rad/s.
     pub(crate) fn observed_as(mut self, observable: Observable, omega: f64) -> Self {
         self.observable = (observable, omega);
         self
@@ -132,7 +133,7 @@ impl FittedMotion {
         if !(self.friction_displacement > 0.0 && duration > 0.0 && !stuck(0.0) && stuck(duration)) {
             return None;
         }
-        // The amplitude only falls.
+        // The amplitude decreases monotonically.
         let (resting, _) = border(duration, 0.0, stuck);
         let knot = self.phase_at(self.start_s + resting)?;
         let turns = (knot.phase / PI).ceil();
@@ -158,13 +159,13 @@ impl FittedMotion {
         [self.start_s, self.end_s]
     }
 
-    /// Instant from which the mass does not move any more, s; `None` where it moves to the end.
+    /// Time from which on the mass is at rest, s; `None` if it moves until the end.
     pub fn rest_s(&self) -> Option<f64> {
         self.rest.map(|rest| rest.time_s)
     }
 
-    /// Amplitude of the model at an instant, signal unit; zero after the stop,
-    /// NaN outside the fitted stretch.
+    /// Amplitude of the model at a given time, signal unit; zero after the stop, NaN outside the fitted
+    /// stretch.
     ///
     /// For an envelope record this is the bare amplitude, without the noise floor.
     pub fn amplitude_at(&self, time_s: f64) -> f64 {
@@ -174,9 +175,9 @@ impl FittedMotion {
         self.amplitude_extended(time_s - self.start_s).max(0.0)
     }
 
-    /// Value of the signal at an instant, signal unit. Outside the fitted stretch
-    /// an oscillation goes on by its law; an envelope is NaN there, and inside
-    /// the amplitude with the noise floor. Where the record holds two modes, both.
+    /// Value of the signal at a given time, signal unit. Outside the fitted stretch an oscillation is
+    /// continued by its law; an envelope is NaN there, and inside it is the amplitude with the noise floor.
+    /// If the record contains two modes, both are included.
     pub fn signal_at(&self, time_s: f64) -> f64 {
         let level = self.baseline.as_ref().map_or(0.0, |baseline| baseline.value(time_s));
         let first_mode = self.first_mode_at(time_s);
@@ -184,7 +185,8 @@ impl FittedMotion {
         read + self.second_mode.map_or(0.0, |mode| mode.at(time_s)) + level
     }
 
-    /// The motion without another mode up to a later instant, to its stop or as a law of closed form goes on.
+    /// The motion without a second mode, continued up to `end_s`, to its stop or as far as a closed-form law
+    /// allows.
     pub(super) fn going_on_to(&self, end_s: f64) -> Self {
         let mut motion = Self { second_mode: None, ..self.clone() };
         if motion.table.is_empty() {
@@ -194,7 +196,7 @@ impl FittedMotion {
         motion
     }
 
-    /// The motion at any instant, before the fitted stretch as the law has it; NaN for a bare envelope.
+    /// The motion at any time, extrapolated by the law before the fitted stretch; NaN for a bare envelope.
     pub(super) fn motion_beyond(&self, time_s: f64) -> f64 {
         self.first_mode_at(time_s)
     }
@@ -225,7 +227,7 @@ impl FittedMotion {
         knot.offset + sign * rate * (shape + bulge)
     }
 
-    /// What drag adds to the shape of a half cycle between two amplitudes.
+    /// Contribution of drag to the shape of a half cycle between two amplitudes.
     fn drag_shape(&self, before: f64, after: f64, omega: f64) -> Option<(f64, drag::Shape)> {
         let x_f = self.friction_displacement;
         let square = (before - x_f) * (after + x_f);
@@ -271,8 +273,8 @@ pub(crate) fn interpolate(a: &Knot, b: &Knot, time_s: f64) -> Knot {
     }
 }
 
-/// Displacement, or its derivative by the phase, at phase `theta` in `[0, pi]` after the turning point `before`, on the way
-/// to `-after` (both as positive amplitudes).
+/// Displacement, or its derivative with respect to phase, at phase `theta` in `[0, pi]` after the turning
+/// point `before`, on the way to `-after` (both as positive amplitudes).
 fn half_cycle(before: f64, after: f64, x_f: f64, theta: f64, observable: Observable) -> f64 {
     let swing = before - x_f;
     let ratio = (after + x_f) / swing;
@@ -281,7 +283,7 @@ fn half_cycle(before: f64, after: f64, x_f: f64, theta: f64, observable: Observa
     let (sin, cos) = theta.sin_cos();
     let curved = -swing * (1.0 + lambda * lambda) * (lambda * theta).exp();
     match observable {
-        // At rest inside the friction zone.
+        // At rest inside the stick zone.
         Observable::Displacement if !moves => before,
         _ if !moves => 0.0,
         Observable::Displacement => x_f + swing * (lambda * theta).exp() * (cos - lambda * sin),
@@ -326,7 +328,7 @@ mod tests {
                 .map(|t| (answer.fit.signal_at(*t) - truth(*t)).abs())
                 .collect();
             let far = off.iter().filter(|off| **off > noise).count();
-            // A sample beside a jump may lie on its other side.
+            // A sample next to a jump may lie on the other side of it.
             assert!(far <= usize::from(kind == SignalKind::Acceleration), "{kind:?}: {far} of {}", off.len());
         }
     }
@@ -347,7 +349,7 @@ mod tests {
         let fit = analyse(&record, &Options::default()).unwrap().fit;
         let [start, end] = fit.range_s();
         assert!(end > stop_s + 10.0, "the rest belongs to the stretch: {stop_s} s of {end} s");
-        // Less than the noise of one sample off, moving and at rest.
+        // The deviation is less than the noise of one sample, both in motion and at rest.
         for i in 0..=2000 {
             let t = start + (end - start) * f64::from(i) / 2000.0;
             let off = fit.signal_at(t) - decay.displacement(t);

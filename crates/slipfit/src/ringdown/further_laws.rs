@@ -1,4 +1,4 @@
-//! Laws tried where those that every analysis compares leave a misfit with a name.
+//! Further loss laws, tried if the laws compared by default leave a misfit of a recognised shape.
 
 use super::Answer;
 use super::criteria::MisfitCriteria;
@@ -6,28 +6,29 @@ use super::window::EndReason;
 use crate::answer::{Candidate, MisfitShape, Parameter, Warning};
 use crate::model::loss::{LossModel, LossTerm};
 
-/// Whether the free decay ends where the amplitudes leave the laws compared.
+/// Whether the free decay ends where the amplitudes depart from the laws compared.
 fn is_cut(answer: &Answer) -> bool {
     matches!(answer.segment.end_reason, EndReason::LawChange | EndReason::SlowTail)
 }
 
-/// Whether the misfit is one that a missing loss leaves: a second mode and disturbances leave others.
+/// Whether the misfit has the shape caused by a missing loss; a second mode and disturbances cause other
+/// shapes.
 fn lacks_a_loss(answer: &Answer, criteria: &MisfitCriteria) -> bool {
     let shape = answer.diagnostics.misfit.map(|m| m.shape);
     let of_a_loss =
         matches!(shape, Some(MisfitShape::Bow | MisfitShape::Kink { .. } | MisfitShape::End { .. }));
-    // Where the motion is nowhere near a law the search for one takes a hundred times as long, for nothing.
+    // If the motion is far from any law, the search takes a hundred times as long and finds nothing.
     let near_a_law = answer.diagnostics.misfit.is_none_or(|m| m.relative_rms < criteria.further_law_misfit);
     let enough = answer.segment.cycles > criteria.further_law_cycles;
     (of_a_loss || is_cut(answer)) && near_a_law && enough && answer.second_mode.is_none()
 }
 
-/// Tries each loss whose shape is fitted beside viscous, sliding and drag loss, and says of the best that it
-/// describes the decay better: by its BIC among all models on the same data, its parameter of the shape
-/// counted, and by what it leaves, or by how much more of the decay it holds where the laws compared end
-/// before it does. The answer stays that of the laws compared.
+/// Tries each loss with a fitted shape in addition to viscous, sliding and drag loss. Warns that the best of
+/// them describes the decay better if its BIC, with the shape parameter counted, is lower than that of all
+/// other models on the same data, and if it leaves smaller residuals or, if the laws compared end before the
+/// decay does, covers more of the decay. The answer itself remains that of the laws compared.
 ///
-/// `refit` is the answer with the terms of a model compared as well.
+/// `refit` gives the answer with the terms of a further model included in the comparison.
 pub(crate) fn try_further_laws(
     answer: &mut Answer,
     criteria: &MisfitCriteria,
@@ -65,11 +66,12 @@ pub(crate) fn try_further_laws(
     answer.warnings.extend(best);
 }
 
-/// Compares drag with each other loss of a fixed power of the amplitude where the data prefer a model with drag, and
-/// says of one that explains the decay as well that it does where viscous or sliding loss come out otherwise with it: a
-/// few per cent of a loss by the cube of the amplitude look like drag and friction.
+/// If the data prefer a model with drag, compares drag with each other loss of a fixed power of the
+/// amplitude. Warns if one of them explains the decay equally well and gives a different viscous or sliding
+/// loss: a few per cent of a loss proportional to the cube of the amplitude resemble drag plus friction.
 ///
-/// `refit` is the answer with the terms of a model compared as well; the BIC of both are those of the same data.
+/// `refit` gives the answer with the terms of a further model included in the comparison; both BIC refer to
+/// the same data.
 pub(crate) fn try_rivals_of_drag(
     answer: &mut Answer,
     rival_bic: f64,
@@ -97,7 +99,7 @@ pub(crate) fn try_rivals_of_drag(
     answer.warnings.extend(found);
 }
 
-/// Whether a warning says already that the law is not told.
+/// Whether a warning already states that the law is not determined.
 fn leaves_the_law_open(warning: &Warning) -> bool {
     matches!(
         warning,
@@ -123,7 +125,8 @@ mod tests {
     const DELTA: f64 = 0.16;
     const OMEGA: f64 = 31.4;
 
-    /// In how many of ten records of 20 s, with noise of this size, another power explains the drag that is found.
+    /// Number of records out of ten, each of 20 s with this noise, in which another power is reported as a
+    /// rival of drag.
     fn told(force: impl Fn(f64, f64) -> f64, noise: f64) -> usize {
         let restored = |x: f64, v: f64| -OMEGA * OMEGA * x - 2.0 * DELTA * v + force(x, v);
         let exact = motion(restored, 1.0, 4000, 0.005, 8);

@@ -1,18 +1,18 @@
-//! The samples of a window gathered into sums over stretches, for motions near a reference.
+//! The samples of a window condensed into sums over stretches, for motions near a reference.
 //!
-//! All models of a decay, and all steps towards them, ask for the sums of the same samples at motions that hardly
-//! differ. Within a stretch of some cycles a motion is told by its state in the middle, amplitude and phase, and by
-//! `x_F`, `delta`, drag rate, `omega` and offset. It scales with the amplitude; from what is left of the difference to
-//! a reference the displacement follows to first order, so that the sums at the reference by its parameters give those
-//! at any motion near it:
+//! All models of a decay, and all steps of their fits, require sums over the same samples for motions that
+//! hardly differ. Within a stretch of some cycles a motion is determined by its state in the middle
+//! (amplitude and phase) and by `x_F`, `delta`, drag rate, `omega` and offset. The motion scales with the
+//! amplitude. The displacement is linear in the remaining difference to a reference, so the sums at the
+//! reference and their derivatives by its parameters give the sums for any nearby motion:
 //!
 //! ```text
 //! x = s x_ref(x_F/s, delta, c s, phi, omega),   s = A/A_ref
 //! x - x_ref = J d,   d_A = A - A_ref,  d_x = x_F - x_F,ref,  d_c = s² c - (2 s - 1) c_ref,  d_k = s (k - k_ref) else
 //! ```
 //!
-//! What is neglected is of second order in the change of a loss over half a stretch, not over the window. The last
-//! swings before a stop, whose number may change, and the rest are summed sample by sample.
+//! The neglected terms are of second order in the change of a loss over half a stretch, not over the window.
+//! The last half cycles before a stop, whose number may change, and the rest are summed sample by sample.
 
 use super::described::{A, C, D, DESCRIBED, Follow, LANES, Lanes, O, P, State, W, X, is_described};
 use crate::inference::least_squares::Normal;
@@ -24,30 +24,31 @@ use crate::motion::decay::window::Window;
 use pulp::Simd;
 use std::f64::consts::PI;
 
-/// Stretches that a window is divided into, and parts of each where a motion is to be described finely, none of fewer
-/// samples.
+/// Number of stretches of a window, maximum number of parts of each for the fine description, and minimum
+/// number of samples per part.
 const STRETCHES: usize = 12;
 const MOST_PARTS: usize = 3;
 const LEAST_IN_PART: usize = 64;
-/// Friction displacements that the amplitude of the reference has at the end of the last stretch at least, and that of
-/// a motion described.
+/// Minimum amplitude at the end of the last stretch, in friction displacements, of the reference and of a
+/// described motion.
 const REFERENCE_SWING: f64 = 12.0;
 const LEAST_SWING: f64 = 2.5;
-/// Most difference of a phase, rad, and of the loss in half a stretch for which a motion is near the reference; and for
-/// which it is described roughly.
+/// Maximum difference of the phase, rad, and of the loss over half a stretch for a motion to be near the
+/// reference, and for a rough description.
 const NEAR: f64 = 0.05;
 const ROUGH: f64 = 0.25;
-/// Rise of the sum of squares above that of the reference, in variances, from which a rough description is enough: the
-/// motion is hopeless, that of no rival.
+/// Rise of the sum of squares above that of the reference, in variances, above which a rough description
+/// suffices: such a motion is no rival.
 const HOPELESS: f64 = 1000.0;
-/// Standard errors by which what is neglected may move a parameter where a motion is described finely: of one as good
-/// as the reference, and as a part of the root of the rise of the others; and of those that are hopeless.
+/// Tolerated shift of a parameter, in standard errors, by the neglected terms in the fine description: for a
+/// motion as good as the reference, and as a fraction of the square root of the rise for others; then the
+/// same for motions that are no rivals.
 const FINE: f64 = 1e-3;
 const FINE_OF_HOPELESS: f64 = 1e-2;
-/// Part of the sums that their differences must exceed.
+/// Fraction of the sums that their differences must exceed.
 const ROUNDING: f64 = 1e-7;
-/// Samples that take as long as the beginning of a half cycle, and samples and half cycles together, in samples, that are
-/// worth gathering.
+/// Number of samples whose computation takes as long as the start of a half cycle, and minimum work, in
+/// samples, for which gathering pays.
 const SAMPLES_PER_HALF_CYCLE: f64 = 30.0;
 const LEAST_WORK: f64 = 2000.0;
 
@@ -57,28 +58,28 @@ pub(crate) struct Gathered {
     reference: Vec<f64>,
     rss: f64,
     samples: usize,
-    /// Those of the samples, none where some lie behind the last stretch.
+    /// Residuals of the samples; empty if some samples lie after the last stretch.
     residuals: Vec<f64>,
-    /// Sums at the reference by those parameters and by disturbances of phase and offset, for which they are rough;
-    /// `None` where the rest has a level of its own.
+    /// Sums at the reference for these parameters and, approximately, for disturbances of phase and offset;
+    /// `None` if the rest has its own level.
     there: Option<Normal>,
     coarse: Stretches,
-    /// The same in more parts.
+    /// The same with each stretch divided into parts.
     fine: Option<Stretches>,
-    /// First sample behind the last stretch, and its end after the origin, s.
+    /// First sample after the last stretch, and the end of that stretch relative to the origin, s.
     tail: (usize, f64),
 }
 
-/// How closely the sums at a motion are wanted.
+/// Required accuracy of the sums.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Closeness {
-    /// As near as a search needs them.
+    /// Sufficient for a search.
     Coarse,
-    /// To within [`FINE`].
+    /// Accurate to within [`FINE`].
     Fine,
 }
 
-/// Stretches of one length, from the beginning of the window on.
+/// Stretches of equal length, from the start of the window.
 #[derive(Debug, Clone)]
 struct Stretches {
     /// s.
@@ -86,14 +87,14 @@ struct Stretches {
     list: Vec<Stretch>,
 }
 
-/// One of them, with the reference in its middle.
+/// A stretch, with the state of the reference in its middle.
 #[derive(Debug, Clone)]
 struct Stretch {
     state: State,
     sums: Part,
 }
 
-/// Sums over some samples.
+/// Sums over some of the samples.
 #[derive(Debug, Clone)]
 struct Part {
     products: [Lanes; LANES],
@@ -102,7 +103,7 @@ struct Part {
 }
 
 impl Part {
-    /// From the rows of the lower triangle.
+    /// Constructs the sums from the rows of the lower triangle.
     fn new(rows: &[f64]) -> Self {
         let pair = |a: usize, c: usize| rows[a.max(c) * (a.max(c) + 1) / 2 + a.min(c)];
         let (mut products, mut residual) = ([[0.0; LANES]; LANES], [0.0; LANES]);
@@ -130,7 +131,7 @@ impl Part {
 
 impl Stretches {
     fn about(reference: &[f64], length: f64, sums: &[Part]) -> Self {
-        // What drag costs the phase is a part of its derivatives, also where the reference has none.
+        // The phase lag by drag contributes to the derivatives even if the reference has no drag.
         let mut follow = Follow::new(reference, true);
         let middles = (0..sums.len()).map(|k| (k as f64 + 0.5) * length);
         let list = middles.zip(sums).map(|(t, sums)| Stretch { state: follow.to(t), sums: sums.clone() });
@@ -138,7 +139,7 @@ impl Stretches {
     }
 }
 
-/// Adds the sums of a stretch by all parameters.
+/// Adds the sums of a stretch for all parameters, including disturbances.
 fn add_disturbed(
     there: &mut Normal,
     window: &Window,
@@ -176,8 +177,8 @@ fn add_disturbed(
 }
 
 impl Gathered {
-    /// The samples of a window gathered about a motion that is near its minimum. `None` where the motion is none of
-    /// those described.
+    /// Gathers the samples of a window about a motion near its minimum. `None` if the motion cannot be
+    /// described in this way.
     pub(crate) fn about(window: &Window, reference: &[f64]) -> Option<Self> {
         let Window { time, origin, duration, .. } = *window;
         let n = time.len();
@@ -218,19 +219,20 @@ impl Gathered {
         Some(Self { reference, rss, samples: n, residuals, there, coarse, fine, tail })
     }
 
-    /// The residuals at the reference, where no sample is at rest; `None` at any other motion.
+    /// The residuals at the reference if no sample is at rest; `None` for any other motion.
     pub(crate) fn residuals_at(&self, p: &[f64]) -> Option<&[f64]> {
         (p == self.reference && !self.residuals.is_empty()).then_some(&self.residuals)
     }
 
-    /// Sums at the reference by all parameters, which by the disturbances of phase and offset are rough: within a
-    /// stretch a phase is a straight line and an offset constant. `None` at any other motion.
+    /// Sums at the reference for all parameters; those for disturbances of phase and offset are approximate,
+    /// since within a stretch the phase is taken as linear and the offset as constant. `None` for any other
+    /// motion.
     pub(crate) fn roughly_at(&self, p: &[f64]) -> Option<&Normal> {
         self.there.as_ref().filter(|_| p == self.reference)
     }
 
-    /// The sums at `p` by the `free` parameters; `None` where the motion is not near the reference. Those of the
-    /// samples behind the last stretch are found by `behind`.
+    /// The sums at `p` for the `free` parameters; `None` if the motion is not near the reference. The sums of
+    /// the samples after the last stretch are computed by `behind`.
     pub(crate) fn normal_of(
         &self,
         p: &[f64],
@@ -245,7 +247,7 @@ impl Gathered {
         let pass = |stretches| {
             crate::numeric::dispatch(Pass { gathered: self, stretches, closeness, behind, p, free })
         };
-        // Most motions are near enough for the stretches that are few.
+        // For most motions the few long stretches are accurate enough.
         let finely = || pass(self.fine.as_ref().filter(|_| closeness == Closeness::Fine)?);
         let sums = pass(&self.coarse).or_else(finely)?;
         for (i, a) in DESCRIBED.into_iter().enumerate().filter(|(_, a)| free.contains(a)) {
@@ -259,10 +261,11 @@ impl Gathered {
     }
 }
 
-/// Sums of the samples of a window from one on, by parameters that refer to a time after its origin; whether they exist.
+/// Sums of the samples of a window from a given one on, for parameters that refer to a given time after the
+/// origin; returns whether they exist.
 type Behind<'a> = dyn Fn(usize, f64, &[f64], &[usize], &mut Normal) -> bool + 'a;
 
-/// The sums to be found at a motion.
+/// Request for the sums at a motion.
 struct Pass<'a> {
     gathered: &'a Gathered,
     stretches: &'a Stretches,
@@ -272,14 +275,14 @@ struct Pass<'a> {
     free: &'a [usize],
 }
 
-/// Products and residuals by the described parameters.
+/// Products and residuals for the described parameters.
 struct Sums {
     products: [Lanes; LANES],
     residual: Lanes,
     rss: f64,
 }
 
-/// `factor` times the lanes, added.
+/// Adds `factor` times the lanes.
 #[inline(always)]
 fn add<S: Simd>(simd: S, to: &mut Lanes, factor: f64, lanes: &Lanes) {
     let factor = simd.splat_f64s(factor);
@@ -302,7 +305,7 @@ fn unit(k: usize) -> Lanes {
 }
 
 impl Sums {
-    /// Adds products and residuals by the rows of parameters that follow from those of the lanes.
+    /// Adds products and residuals, transformed by the rows of derivatives of the lanes.
     #[inline(always)]
     fn add<S: Simd>(
         &mut self,
@@ -343,7 +346,7 @@ impl pulp::WithSimd for Pass<'_> {
             let Stretch { state, sums: Part { products, residual, rss } } = stretch;
             let s = here.amplitude / state.amplitude;
             let turned = here.phase - state.phase;
-            // Of opposite sign, viscous and drag loss cancel but for the change of the amplitude.
+            // Viscous and drag loss of opposite sign cancel apart from the change of the amplitude.
             let (viscous, drag) = (q[D] - q_ref[D], q[C] * here.amplitude - q_ref[C] * state.amplitude);
             let loss = (viscous + drag).abs() + 0.25 * drag.abs();
             farthest = farthest.max(turned.abs()).max(0.5 * loss * length);
@@ -354,16 +357,17 @@ impl pulp::WithSimd for Pass<'_> {
                 let sliding = gains[0] * q[X] / here.amplitude - gains[1] * q_ref[X] / state.amplitude;
                 let whole = q_ref[D] + q_ref[C] * state.amplitude + gains[1] * q_ref[X] / state.amplitude;
                 let half = 0.5 * length;
-                // How the logarithm of the amplitude goes apart, and how that changes as the amplitude falls.
+                // Rate at which the logarithms of the two amplitudes diverge, and the change of this rate as
+                // the amplitude falls.
                 let apart = (drag - sliding).abs();
                 let net = (viscous + drag + sliding).abs() + whole.abs() * half * apart;
                 let rate = (q[W] - q_ref[W]).abs();
                 let second = net * (net + apart) + rate * (rate + net) + (turned / half).powi(2);
-                // The fourth power of the time since the middle is a fifth of that at the ends on the average.
+                // The mean fourth power of the time from the middle is a fifth of its value at the ends.
                 let relative = (0.5 * half * half * second).powi(2) / 5.0;
                 neglected += relative * (state.amplitude / state.by[A]).powi(2) * products[A][A];
             }
-            // Displacements of the state and the parameters, with their rows.
+            // Differences of state and parameters, with their derivatives.
             let s_by = scaled(1.0 / state.amplitude, &here.by);
             let mut moved = [0.0; LANES];
             let mut rows = [[0.0; LANES]; LANES - 1];
@@ -381,7 +385,7 @@ impl pulp::WithSimd for Pass<'_> {
             moved[P] = s * turned;
             rows[P] = scaled(turned, &s_by);
             add(simd, &mut rows[P], s, &here.phase_by);
-            // As displacements of amplitude and phase at the origin, by which the sums are.
+            // Convert to differences of amplitude and phase at the origin, to which the sums refer.
             let over = 1.0 / state.by[A];
             for k in [X, D, C, W] {
                 moved[A] -= state.by[k] * moved[k];
@@ -444,7 +448,7 @@ impl pulp::WithSimd for Pass<'_> {
         if closeness == Closeness::Coarse && farthest > NEAR && !(rise > HOPELESS * gathered.rss) {
             return None;
         }
-        // Of exact samples nothing but rounding is left.
+        // For exact samples the residuals are pure rounding errors.
         (sums.rss > ROUNDING * cancelling).then_some(sums)
     }
 }

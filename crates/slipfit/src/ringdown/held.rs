@@ -1,26 +1,29 @@
-//! Held start: the stretch in which the mass is held aside before its release.
+//! Held start: the stretch in which the mass is held at a deflection before its release.
 
 use super::criteria::HeldCriteria;
 use crate::numeric::robust::{deviation, median};
 use crate::numeric::sum_of;
 use std::ops::Range;
 
-/// Windows the record is divided into: more show a short hold, longer ones average more of the noise.
+/// Numbers of windows that the record is divided into: more windows resolve a short hold, fewer average more
+/// noise.
 const WINDOWS: [usize; 2] = [256, 1024];
-/// Samples of a window at least.
+/// Minimum number of samples per window.
 const LEAST_WINDOW: usize = 4;
-/// Windows of a record in which a held start is looked for, at least.
+/// Minimum number of windows of a record for the search for a held start.
 const LEAST_WINDOWS: usize = 16;
-/// Parts of a record at whose end the place of rest is looked for: a hold may be longer than all that follows.
+/// The last 1/2, 1/4 and 1/8 of the record in which the rest position is searched for: a hold may be longer
+/// than the motion.
 const REST_PARTS: [usize; 3] = [2, 4, 8];
-/// Part of the deflection that is rounding.
+/// Fraction of the deflection attributed to rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// The first sample after the release, where the record shows the mass held aside; `None` where it does not.
+/// The first sample after the release if the record shows the mass held at a deflection; otherwise `None`.
 ///
-/// A displacement held for long beside the decay is a step, which has more power than the motion at low frequencies.
-/// It is the longest run of windows at one level away from the place of rest, no swing before it, nothing wider behind
-/// it, and left at once to the other side: the top of a slow swing is left as slowly as it lasts.
+/// A long hold before the decay is a step, which has more power at low frequencies than the motion. The hold
+/// is the longest run of windows at one level away from the rest position, with no oscillation before it and
+/// no larger deflection after it, and followed at once by motion to the other side. (A slow oscillation, in
+/// contrast, leaves its crest as slowly as the crest lasts.)
 pub(crate) fn release(signal: &[f64], criteria: &HeldCriteria) -> Option<usize> {
     let mut lengths = WINDOWS.map(|windows| signal.len().div_ceil(windows).max(LEAST_WINDOW)).to_vec();
     lengths.dedup();
@@ -36,7 +39,7 @@ pub(crate) fn release(signal: &[f64], criteria: &HeldCriteria) -> Option<usize> 
     })
 }
 
-/// The release to a place of rest, by the means of windows of a length.
+/// The release for a given rest position, from the means of windows of one length.
 fn release_from(
     signal: &[f64],
     length: usize,
@@ -47,13 +50,13 @@ fn release_from(
     let n = signal.len();
     let held = longest_level(means, centre, criteria.level_range)?;
     let level = median(&mut means[held.clone()].to_vec())?;
-    // The release is at 1, the place of rest at 0.
+    // Scaled such that the held level is 1 and the rest position 0.
     let relative = |x: f64| (x - centre) / (level - centre);
     let (before, behind) = (&signal[..held.start * length], &signal[held.end * length..]);
     let across = before.iter().filter(|x| relative(**x) < -criteria.across).count();
     let widest = means[held.end..].iter().map(|m| relative(*m).abs()).fold(0.0, f64::max);
     let leaving = means[held.end..].iter().position(|m| relative(*m) < criteria.left)?;
-    // The swing across takes three times as long as the deflection takes to be left.
+    // Reaching the other side takes three times as long as leaving the held level.
     let first_swing = criteria.leaving_times * ((leaving + 1) * length) as f64;
     let swings = behind.iter().take(first_swing as usize).any(|x| relative(*x) < -criteria.left);
     if !swings
@@ -63,7 +66,7 @@ fn release_from(
     {
         return None;
     }
-    // The last windows may hold the beginning of the motion.
+    // The last windows may contain the beginning of the motion.
     let samples = signal[held.start * length..held.end * length].iter();
     let noise_rms = deviation(samples.map(|x| x - level))?;
     let last = (held.end + 1) * length;
@@ -75,7 +78,8 @@ fn release_from(
     (n - released >= LEAST_WINDOWS * LEAST_WINDOW).then_some(released)
 }
 
-/// The longest run of windows whose means lie within a part `range` of their distance from the centre.
+/// The longest run of windows whose means have a range within a fraction `range` of their distance from the
+/// centre.
 fn longest_level(means: &[f64], centre: f64, range: f64) -> Option<Range<usize>> {
     let mut longest = 0..0;
     for start in 0..means.len() {
@@ -85,7 +89,7 @@ fn longest_level(means: &[f64], centre: f64, range: f64) -> Option<Range<usize>>
             let distance = (least - centre).abs().min((most - centre).abs());
             (least > centre) == (most > centre) && most - least <= range * distance && distance > 0.0
         };
-        // A longer run has these two at its level.
+        // In a longer run both of these windows must be at its level.
         if !level(least.min(beyond), most.max(beyond)) {
             continue;
         }
@@ -119,7 +123,7 @@ mod tests {
 
     const DELTA: f64 = 0.05;
 
-    /// 40 s at 50 samples a second, released after `held_s` from 0.4.
+    /// 40 s at 50 samples per second, released after `held_s` from 0.4.
     fn record(held_s: f64, noise: f64, repeat: usize) -> Record {
         let oscillator = Oscillator::kinematic(7.0, DELTA, 0.008).expect("valid");
         let decay = FreeDecay::from_rest(&oscillator, 0.4).expect("valid");
@@ -143,7 +147,7 @@ mod tests {
         }
     }
 
-    /// A swing of a hundred windows, and a hold longer than all that follows it.
+    /// A cycle of a hundred windows, and a hold longer than the motion after it.
     #[test]
     fn a_release_is_found_in_short_records() {
         let oscillator = Oscillator::kinematic(TAU, PI / 9.0, 0.02).expect("valid");
@@ -170,7 +174,7 @@ mod tests {
         assert_held(|repeat| record(15.0, 0.02, repeat), &options, Parameter::FRICTION_DISPLACEMENT, 0.008);
     }
 
-    /// Slow swings from their top, with and without noise; one that creeps back; noise alone.
+    /// Slow oscillations starting at a crest, with and without noise; a creep back to rest; noise alone.
     #[test]
     fn motion_is_no_hold() {
         let criteria = HeldCriteria::default();

@@ -15,7 +15,7 @@ use super::window_fit::WindowFit;
 use crate::model::loss::LossModel;
 use std::f64::consts::TAU;
 
-/// Parts of the first blocks, one in so many, that may still belong to a drive.
+/// The first 1/50 to 1/4 of the blocks, which may still belong to a drive.
 const LEAD_IN_PARTS: [usize; 7] = [50, 25, 16, 12, 8, 6, 4];
 
 /// A free decay and the fit that describes it.
@@ -24,18 +24,16 @@ pub(crate) struct FittedDecay<'a> {
     pub(crate) fit: WindowFit<'a>,
 }
 
-/// The decay described sample by sample, or by its amplitudes where no exact motion holds.
+/// The decay described sample by sample, or by its amplitudes if no exact motion describes it.
 ///
-/// The hypotheses, of which the first that leaves nothing but noise is taken:
+/// The first of the following hypotheses whose residuals are noise is accepted:
 ///
-/// 1. the decay begins with the record: what the amplitudes of single blocks made look like a
-///    lead-in was their noise;
-/// 2. it begins where the amplitudes say;
-/// 3. it begins later, by a part of the blocks after another: first blocks that still belong to a
-///    drive bend the law a little and hide in it.
+/// 1. the decay begins with the record: what looked like a lead-in in the amplitudes of single blocks was
+/// their noise; 2. it begins where the amplitudes indicate; 3. it begins later, with more and more of the
+/// first blocks left out: blocks that still belong to a drive distort the law slightly and remain undetected.
 ///
-/// Where none does the law is at fault, and the second is taken; and where the record itself, or
-/// an option, says where the decay begins.
+/// If none is accepted, the law is in error, and the second hypothesis is used; likewise if the record itself
+/// or an option determines the start of the decay.
 pub(crate) fn by_waveform<'a>(
     samples: &'a Samples,
     by_amplitudes: FittedDecay<'a>,
@@ -70,7 +68,7 @@ pub(crate) fn by_waveform<'a>(
     later.unwrap_or(as_measured)
 }
 
-/// The decay without some of its first blocks; of a few blocks none can be spared.
+/// The decay without some of its first blocks; none can be spared if there are few blocks.
 fn later_starts(measured: &MeasuredDecay, spare: usize) -> impl Iterator<Item = MeasuredDecay> {
     let n = measured.points.len();
     let parts = if n < spare { &[] } else { &LEAD_IN_PARTS[..] };
@@ -81,16 +79,16 @@ fn later_starts(measured: &MeasuredDecay, spare: usize) -> impl Iterator<Item = 
     })
 }
 
-/// Whether the exact waveform describes the samples down to their noise.
+/// Whether the residuals of the exact waveform are as small as the noise of the samples.
 fn reaches_the_noise(fit: &WindowFit, measured: &MeasuredDecay, criteria: &Criteria) -> bool {
     let Some(best) = fit.comparison.preferred() else { return false };
     let variance = fit.comparison.noise.residual_variance(&best.bounded);
     variance <= criteria.waveform.variance_ratio * measured.noise_rms.powi(2)
 }
 
-/// The waveform fitted to every sample from the first block on. Where the decay fades, the window
-/// ends with the record if one motion agrees with all samples, else as far as it does: below the
-/// noise of single blocks the samples still know, and so does the place of rest.
+/// The waveform fitted to every sample from the first block on. If the decay fades, the window ends with the
+/// record if one motion agrees with all samples, otherwise where the agreement ends: samples and rest
+/// position carry information even below the noise of single blocks.
 fn to_the_end<'a>(
     samples: &'a Samples,
     measured: &MeasuredDecay,
@@ -111,7 +109,7 @@ fn to_the_end<'a>(
     let n = samples.len();
     let fit =
         |end, start, models| fit_waveform(samples, measured, from..end, start, (asked, models), criteria);
-    // A record that ends in free decay is used to its last sample, not its last whole block.
+    // A record that ends during the free decay is used to its last sample rather than its last whole block.
     let ends_free = measured.all.last().is_some_and(|b| b.end == to);
     let to = if ends_free { n } else { to };
     let first = start_values(samples, measured, by_amplitudes)?;
@@ -119,7 +117,7 @@ fn to_the_end<'a>(
     if !fades || ends_free {
         return fit(to, first, Models::All);
     }
-    // Seldom the window that is taken.
+    // This window is seldom the final one.
     let rivals = Models::Rivals { within: criteria.waveform.not_fitted };
     let found = fit(to, first.clone(), rivals)?;
     let start = &found.comparison.preferred()?.bounded.parameters;
@@ -142,8 +140,8 @@ mod tests {
     use crate::{Oscillator, Record};
     use std::f64::consts::{PI, TAU};
 
-    /// Friction carries most of the loss and ends the motion after some ten swings, at 60 dB: the phases of the last
-    /// blocks are late by hundreds of their errors.
+    /// Friction causes most of the loss and ends the motion after about ten cycles, at 60 dB: the phases of
+    /// the last blocks lag by hundreds of their errors.
     #[test]
     fn the_last_swings_before_a_rest_are_fitted_sample_by_sample() {
         let (q, share, noise) = (100.0, 0.7, 7e-4);

@@ -1,8 +1,8 @@
-//! Which swing was the last before friction stopped the motion.
+//! Search for the last half cycle (swing) before friction stopped the motion.
 //!
 //! Successive swings end `2 x_F` closer to the centre, and the last one leaves the mass on one side or the
-//! other. The sum of squares therefore has a minimum for every number of swings, and a fit that knows the
-//! level of the rest stays in the one it began in.
+//! other. The sum of squares therefore has a minimum for every number of swings, and a fit that uses the
+//! level of the rest stays in the minimum in which it started.
 
 use super::criteria::WaveformCriteria;
 use super::envelope::{X_F, law_of};
@@ -12,16 +12,17 @@ use crate::inference::quadratic::given;
 use crate::numeric::order::ascending;
 use std::f64::consts::PI;
 
-/// Steps of the search in which the place of rest moves by `x_F`, and steps to either side: where few swings end near the
-/// edge of the stick zone, two minima may be closer to each other than such steps.
+/// Number of search steps in which the rest position moves by `x_F`, and range of the number of steps on
+/// either side: if few swings end near the edge of the stick zone, two minima may be closer to each other
+/// than such a step.
 const STEPS_PER_FRICTION: f64 = 3.0;
 const STEPS: [usize; 2] = [8, 80];
-/// Minima descended into, of those met along the search.
+/// Number of minima along the search that are refined.
 const DESCENDED: usize = 3;
-/// Standard errors beyond which a minimum is another one.
+/// Standard errors beyond which a minimum counts as a different one.
 const APART: f64 = 0.3;
 
-/// The lowest minimum over all last swings.
+/// The lowest minimum over all possible last swings.
 pub(super) struct LastSwing {
     pub(super) fit: Fit,
     /// The minima of other last swings that explain the samples nearly as well.
@@ -29,11 +30,11 @@ pub(super) struct LastSwing {
 }
 
 impl LastSwing {
-    /// The lowest minimum, `fit` among them, of motions that stop.
+    /// The lowest minimum, starting from `fit`, of motions that stop.
     ///
-    /// The motion before the rest alone tells the loss to some accuracy: that range is searched in steps of
-    /// the friction displacement, the other parameters following. `inflation` is that of the variance at a
-    /// minimum.
+    /// The motion before the rest alone determines the friction displacement to some accuracy. That range is
+    /// searched in steps of the friction displacement, with the other parameters at their conditional
+    /// minimum. `inflation` is the variance inflation at a minimum.
     pub(super) fn search(
         problem: &Waveform,
         fit: Fit,
@@ -57,7 +58,7 @@ impl LastSwing {
     }
 }
 
-/// The lowest minima met along the friction displacement.
+/// The lowest minima found along the friction displacement.
 fn other_minima(problem: &Waveform, fit: &Fit, errors: f64) -> Option<Vec<Fit>> {
     let bounded = Waveform { rest: RestLevel::Bounded, ..problem.clone() };
     let motion = minimise_until(&bounded, &fit.parameters, &fit.free, STEP_TOLERANCE, true)?;
@@ -65,7 +66,7 @@ fn other_minima(problem: &Waveform, fit: &Fit, errors: f64) -> Option<Vec<Fit>> 
     let (x_f, omega) = (p[X_F], p[OMEGA]);
     let stop_s = law_of(p, omega).stop_time_s().filter(|t| *t < problem.duration && x_f > 0.0)?;
     let reach = errors * motion.unit_std(X_F) * (motion.rss / problem.observations()).sqrt();
-    // Every swing takes 2 x_F: a change of x_F moves the place of rest by as many of it.
+    // Every swing loses 2 x_F: a change of x_F shifts the rest position by that many times the change.
     let swings = omega * stop_s / PI;
     let finest = x_f / (STEPS_PER_FRICTION * 2.0 * swings.max(1.0));
     let reach = reach.max(finest);
@@ -79,7 +80,7 @@ fn other_minima(problem: &Waveform, fit: &Fit, errors: f64) -> Option<Vec<Fit>> 
         .filter_map(|(_, p)| problem.normal_of(&p, &[], &mut sums, f64::INFINITY).then_some((sums.rss, p)))
         .collect();
     let turns: Vec<f64> = seen.iter().map(|(_, p)| last_turn(p)).collect();
-    // Of motions with another last swing every one has a minimum of its own, which a step may pass over.
+    // Each number of swings has a separate minimum, which a step may pass over.
     let at = |i: usize, turn: f64| if turns.get(i) == Some(&turn) { seen[i].0 } else { f64::INFINITY };
     let lowest = |i: &usize| {
         let (rss, turn) = (seen[*i].0, turns[*i]);
@@ -91,11 +92,11 @@ fn other_minima(problem: &Waveform, fit: &Fit, errors: f64) -> Option<Vec<Fit>> 
     Some(ascending(&rss).into_iter().take(DESCENDED).filter_map(descend).collect())
 }
 
-/// Whether a swing more, or one less, would change the samples too little to be seen: the mass stops near the edge of the
-/// stick zone, or passed it by as little.
+/// Whether one swing more or less would change the samples too little to be detected: the mass stops close to
+/// the edge of the stick zone, or barely passed it.
 ///
-/// A swing of amplitude `m` leaves the place of rest where it would be without it, by `m (1 + cos theta)`: its square over
-/// the samples of the swing is `1.5 m²` each.
+/// A swing of amplitude `m` deviates from the rest position without it by `m (1 + cos theta)`: the mean
+/// square over the samples of the swing is `1.5 m²`.
 pub(super) fn is_hidden(problem: &Waveform, fit: &Fit, variances: f64) -> bool {
     let p = &fit.parameters;
     let law = law_of(p, p[OMEGA]);
@@ -107,16 +108,16 @@ pub(super) fn is_hidden(problem: &Waveform, fit: &Fit, variances: f64) -> bool {
     turn.is_finite() && 1.5 * swing * swing * samples < variances * variance
 }
 
-/// Whether a friction displacement within `reach` of a fit gives the motion another last swing. The sum of squares has a
-/// kink where it changes, beyond which the curvature at the minimum says nothing.
+/// Whether a friction displacement within `reach` of a fit gives the motion another last swing. The sum of
+/// squares has a kink where it changes, beyond which the curvature at the minimum carries no information.
 pub(super) fn may_be_another(fit: &Fit, reach: f64) -> bool {
     let turn = last_turn(&fit.parameters);
     let differs = |x_f: f64| given(fit, &[(X_F, x_f)]).is_some_and(|(_, p)| last_turn(&p) != turn);
     turn.is_finite() && [-1.0, 1.0].iter().any(|side| differs(fit.parameters[X_F] + side * reach))
 }
 
-/// Number of the turning point at which friction stops a motion, by its phase without disturbances; infinite of one that
-/// does not stop.
+/// Index of the turning point at which friction stops a motion, from its phase without disturbances; infinite
+/// if it does not stop.
 fn last_turn(p: &[f64]) -> f64 {
     let stuck_s = law_of(p, p[OMEGA]).time_to(p[X_F]);
     stuck_s.map_or(f64::INFINITY, |t| ((p[PHASE] + p[OMEGA] * t) / PI).ceil())
@@ -130,8 +131,8 @@ mod tests {
     use crate::{Oscillator, Parameter, Record};
     use std::f64::consts::{PI, TAU};
 
-    /// Fifteen cycles, friction of three times the noise, and a rest twice as long as the motion: neighbouring
-    /// last swings differ by one part in a hundred of the friction.
+    /// Fifteen cycles, friction of three times the noise, and a rest twice as long as the motion: the
+    /// friction of neighbouring last swings differs by one part in a hundred.
     #[test]
     fn friction_is_held_whichever_minimum_the_search_begins_in() {
         let (q, x_f, noise) = (80.0, 0.012, 0.004);
@@ -147,8 +148,8 @@ mod tests {
         assert_held(record, &Options::default(), Parameter::FRICTION_DISPLACEMENT, x_f);
     }
 
-    /// One cycle that ends at 0.97 of the friction displacement: a swing more from just beyond it differs by two thousandths
-    /// of the amplitude.
+    /// One cycle that ends at 0.97 of the friction displacement: with one more swing, from just beyond it,
+    /// the motion differs by two thousandths of the amplitude.
     #[test]
     fn friction_is_held_where_the_mass_stops_near_the_edge_of_the_stick_zone() {
         let oscillator = Oscillator::kinematic(TAU, PI / 3.0, 0.1).expect("valid");
@@ -163,8 +164,8 @@ mod tests {
         assert_held(record, &Options::default(), Parameter::DECAY_RATE, PI / 3.0);
     }
 
-    /// Four hundred half cycles that end at 0.9 of the friction displacement, which is the noise of a sample: the swing more
-    /// that a smaller friction gives is a tenth of the noise.
+    /// Four hundred half cycles that end at 0.9 of the friction displacement, which is about the noise of a
+    /// sample: the additional swing for a smaller friction is a tenth of the noise.
     #[test]
     fn friction_is_held_where_a_swing_more_could_not_be_seen() {
         let (q, x_f, noise) = (330.0, 4.2006e-4, 9e-4);
@@ -184,8 +185,8 @@ mod tests {
         assert_held(record, &Options::default(), Parameter::DECAY_RATE, PI / q);
     }
 
-    /// Motions that stop in their records, at 20 and 50 dB: the reported one is the closest of all, whatever the
-    /// last swing and the share of friction that the search begins with.
+    /// Motions that stop within their records, at 20 and 50 dB: no motion may fit better than the reported
+    /// one, whichever last swing and share of friction the search starts with.
     #[test]
     fn no_answer_lies_above_the_truth() {
         for (q, share, noise, decay_times) in [(50.0, 0.7, 3.2e-3, 2.5), (30.0, 0.03, 0.1, 8.0)] {
@@ -214,7 +215,8 @@ mod tests {
         }
     }
 
-    /// Of the reported motion and of the true one over the window of an answer, the level of the rest free.
+    /// Sums of squares of the reported and of the true motion over the window of an answer, with the level of
+    /// the rest free.
     fn sums_of_squares(answer: &Answer, time: &[f64], signal: &[f64], decay: &FreeDecay) -> [f64; 2] {
         let [from, to] = answer.fit.range_s();
         let rest = answer.fit.rest_s().unwrap_or(f64::INFINITY);

@@ -1,14 +1,14 @@
-//! Level about which a motion swings, where it wanders along a curve.
+//! Level about which a motion oscillates, if it wanders along a curve.
 
-/// A polynomial of time, without its mean.
+/// A polynomial in time without its mean.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Baseline {
     pub(super) at: Position,
     /// Coefficients of Legendre polynomials.
     pub(super) curve: Vec<f64>,
-    /// Greatest less least of its values at the samples.
+    /// Maximum minus minimum of its values at the samples.
     pub(super) range: f64,
-    /// Whether the motion itself moves the level.
+    /// Whether the motion itself shifts the level.
     pub(super) goes_with_motion: bool,
 }
 
@@ -19,7 +19,7 @@ impl Baseline {
     }
 }
 
-/// Time as a part of a stretch, from -1 to 1; before it -1.
+/// Time relative to a stretch, from -1 to 1; -1 before it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Position {
     middle_s: f64,

@@ -1,4 +1,4 @@
-//! A lock-in's output filter in the amplitude law.
+//! Effect of a lock-in's output filter on the amplitude law.
 
 use super::options::LowPass;
 
@@ -10,9 +10,8 @@ pub(crate) struct Kernel {
 }
 
 impl Kernel {
-    /// Equal-weight quantile nodes would be coarse in the tail; Gauss-Legendre
-    /// panels over the response are accurate to 1e-7 for decays over five time constants or
-    /// more, and resolve the corner at a stop.
+    /// Equal-weight quantile nodes would be coarse in the tail; Gauss-Legendre panels over the response are
+    /// accurate to 1e-7 for decays over five time constants or more, and resolve the corner at a stop.
     pub(crate) fn new(filter: LowPass) -> Self {
         let LowPass { time_constant_s, order } = filter;
         let order = order.clamp(1, 8);
@@ -53,7 +52,7 @@ const LEGENDRE: [(f64, f64); 5] = [
 mod tests {
     use super::*;
 
-    /// An exponential through n stages: gain 1/(1 - delta tau)^n.
+    /// An exponential through n stages has the gain 1/(1 - delta tau)^n.
     #[test]
     fn passes_an_exponential_with_the_known_gain() {
         for order in 1..=8 {

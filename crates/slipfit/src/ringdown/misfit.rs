@@ -1,4 +1,4 @@
-//! Misfit of a decay: how far the amplitudes lie off the law, and how the residuals run along it.
+//! Misfit of a decay: size and shape of the deviation of the amplitudes from the law.
 
 use super::EnvelopePoint;
 use super::criteria::MisfitCriteria;
@@ -6,10 +6,10 @@ use crate::answer::{Misfit, MisfitShape};
 use crate::inference::least_squares::linear;
 use std::f64::consts::TAU;
 
-/// One amplitude: instant, residual over the root mean square of all amplitudes.
+/// One amplitude: time, and residual relative to the root mean square of all amplitudes.
 type Residual = (f64, f64);
 
-/// The misfit of the amplitudes used; `None` where there are too few.
+/// The misfit of the amplitudes used; `None` if there are too few.
 pub(crate) fn misfit(envelope: &[EnvelopePoint], criteria: &MisfitCriteria) -> Option<Misfit> {
     let used: Vec<&EnvelopePoint> =
         envelope.iter().filter(|p| p.used && p.fitted > 0.0 && p.amplitude.is_finite()).collect();
@@ -22,7 +22,7 @@ pub(crate) fn misfit(envelope: &[EnvelopePoint], criteria: &MisfitCriteria) -> O
         used.iter().map(|p| (p.time_s, (p.amplitude - p.fitted) / scale)).collect();
     let relative_rms = (residuals.iter().map(|(_, r)| r * r).sum::<f64>() / n).sqrt();
     let off = |p: &EnvelopePoint| (p.amplitude - p.fitted).abs() / p.fitted;
-    // Next to rounding of the others an amplitude has no part of its own to be off by.
+    // An amplitude at the rounding level of the others has no meaningful relative deviation.
     let known = used
         .iter()
         .filter(|p| p.fitted > f64::EPSILON * scale && p.std_error < (p.amplitude - p.fitted).abs());
@@ -42,7 +42,7 @@ fn shape(residuals: &[Residual], criteria: &MisfitCriteria) -> MisfitShape {
     let cubic = left(residuals, |u, _| vec![1.0, u, u * u, u * u * u]);
     let (corner, broken) = kink(residuals);
     let (frequency_hz, periodic) = wobble(residuals);
-    // Any smooth arc is nearly a broken line.
+    // Any smooth arc resembles a broken line.
     let broken = if broken < criteria.kink * cubic { broken } else { f64::INFINITY };
     let least = cubic.min(broken).min(periodic);
     match least {
@@ -53,7 +53,8 @@ fn shape(residuals: &[Residual], criteria: &MisfitCriteria) -> MisfitShape {
     }
 }
 
-/// Sum of squares left by a linear model of time, which runs from 0 to 1, at a further parameter.
+/// Residual sum of squares of a linear model in time; `row` gets the time scaled to 0 to 1 and the time in s
+/// from the start.
 fn left(residuals: &[Residual], row: impl Fn(f64, f64) -> Vec<f64>) -> f64 {
     let (from_s, to_s) = (residuals[0].0, residuals[residuals.len() - 1].0);
     let u = |t: f64| (t - from_s) / (to_s - from_s);
@@ -62,10 +63,10 @@ fn left(residuals: &[Residual], row: impl Fn(f64, f64) -> Vec<f64>) -> f64 {
     linear(rows, columns).map_or(f64::INFINITY, |(_, _, left)| left)
 }
 
-/// Corners that are tried along the decay.
+/// Number of intervals between the corners tried along the decay.
 const CORNERS: usize = 30;
 
-/// The broken line that leaves least: its corner and what it leaves.
+/// The best-fitting broken line: its corner and residual sum of squares.
 fn kink(residuals: &[Residual]) -> (f64, f64) {
     let (from_s, to_s) = (residuals[0].0, residuals[residuals.len() - 1].0);
     (1..CORNERS)
@@ -77,14 +78,14 @@ fn kink(residuals: &[Residual]) -> (f64, f64) {
         .fold((from_s, f64::INFINITY), |best, next| if next.1 < best.1 { next } else { best })
 }
 
-/// Periods along the decay that a wobble has at least, and at most that are tried.
+/// Limits of the number of periods along the decay: minimum in half periods, maximum in whole periods.
 const LEAST_PERIODS: usize = 5;
 const MOST_PERIODS: usize = 60;
 
-/// The sinusoid of rising or falling amplitude that leaves least: its frequency and what it leaves.
+/// The best-fitting sinusoid with linearly varying amplitude: its frequency and residual sum of squares.
 fn wobble(residuals: &[Residual]) -> (f64, f64) {
     let duration_s = residuals[residuals.len() - 1].0 - residuals[0].0;
-    // In half periods, up to a quarter of the points.
+    // In steps of half a period, up to one period per four points.
     let most = MOST_PERIODS.min(residuals.len() / 4);
     (LEAST_PERIODS..=2 * most)
         .map(|halves| {

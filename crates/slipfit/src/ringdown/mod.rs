@@ -1,5 +1,5 @@
-//! Ring-down: from samples of a free decay to how much of the loss is viscous
-//! and how much is sliding.
+//! Ring-down: determines from the samples of a free decay how much of the loss is viscous and how much is
+//! sliding.
 
 mod active_part;
 mod amplitude_fit;

@@ -1,4 +1,4 @@
-//! Selection of the disturbances of phase and offset that the samples of a window pay for.
+//! Selection of the disturbances of phase and offset that the samples of a window require.
 
 use super::envelope::DRAG;
 use super::waveform::{BEND, CHIRP, COUNT, OFFSET, OMEGA, PHASE, Waveform};
@@ -8,29 +8,29 @@ use crate::inference::least_squares::{
 
 /// Parameters of phase and offset that every motion has.
 pub(super) const ALWAYS: [usize; 3] = [PHASE, OMEGA, OFFSET];
-/// Disturbances of phase and offset, in the model only where the data pay for them.
+/// Disturbances of phase and offset, included in the model only if the data require them.
 pub(super) const OPTIONAL: [usize; 4] = [BEND, CHIRP, OFFSET + 1, OFFSET + 2];
 
 /// A fit with the nuisance parameters selected so far.
 #[derive(Debug, Clone)]
 pub(super) struct NuisanceSelection {
     pub(super) fit: Fit,
-    /// Losses that are fitted beside them: those that no disturbance may explain first.
+    /// Losses fitted together with them: first those that no disturbance may explain.
     pub(super) basic: Vec<usize>,
     pub(super) nuisance: Vec<usize>,
-    /// Sum of squares, in variances of the noise, by which a disturbance must lower that of the fit.
+    /// Decrease of the sum of squares, in noise variances, required for including a disturbance.
     pub(super) price: f64,
 }
 
 impl NuisanceSelection {
-    /// The fit with further losses beside the others.
+    /// The fit with one further loss.
     pub(super) fn with_loss(mut self, problem: &Waveform, slot: usize) -> Option<Self> {
         self.basic.push(slot);
         self.fit = minimum(problem, &self.fit.parameters, &self.free(&self.nuisance))?;
         Some(self)
     }
 
-    /// Adds the nuisance that promises most, as long as one pays its price.
+    /// Adds the nuisance parameter with the largest predicted gain, as long as one exceeds the price.
     pub(super) fn add(&mut self, problem: &Waveform) -> Option<()> {
         let rough = problem.gathered.as_ref().and_then(|(sums, _)| sums.roughly_at(&self.fit.parameters));
         if let Some((_, gain)) = rough.and_then(|sums| self.most_promising(problem, sums))
@@ -53,11 +53,12 @@ impl NuisanceSelection {
         Some(())
     }
 
-    /// The nuisance that promises most by the sums at the fit, and its gain in variances.
+    /// The nuisance parameter with the largest predicted gain from the sums at the fit, and this gain in
+    /// variances.
     fn most_promising(&self, problem: &Waveform, sums: &Normal) -> Option<(usize, f64)> {
         let freedom = problem.time.len() as f64 - self.fit.free.len() as f64;
         let variance = sums.rss / freedom.max(1.0);
-        // Beside drag, which may explain the same.
+        // Evaluated with drag free, since drag may explain the same.
         let promised = |nuisance: &[usize]| {
             let mut free = self.free(nuisance);
             free.push(DRAG);
@@ -70,7 +71,7 @@ impl NuisanceSelection {
         gains.max_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    /// Leaves a nuisance out again if the fit without it is worse by less than its price.
+    /// Removes a nuisance parameter if the fit without it is worse by less than the price.
     pub(super) fn drop(&mut self, problem: &Waveform, term: usize) {
         if self.nuisance.contains(&term) {
             let fewer = self.nuisance.iter().copied().filter(|&o| o != term).collect();
@@ -78,8 +79,8 @@ impl NuisanceSelection {
         }
     }
 
-    /// Takes a frequency that depends on the amplitude in place of one that drifts, if the fit is worse by less than a price:
-    /// every pendulum has the one, and along a short decay they look alike.
+    /// Replaces a frequency drift by a frequency that depends on the amplitude, if the fit becomes worse by
+    /// less than the price: every pendulum has the latter, and along a short decay the two look alike.
     pub(super) fn prefer_bend(&mut self, problem: &Waveform) {
         if self.nuisance.contains(&CHIRP) && !self.nuisance.contains(&BEND) {
             let bent = self.nuisance.iter().map(|&o| if o == CHIRP { BEND } else { o }).collect();
@@ -87,7 +88,8 @@ impl NuisanceSelection {
         }
     }
 
-    /// Takes others, without the `absent` one, if the fit is worse by less than a price.
+    /// Replaces the nuisance parameters by `others`, without `absent`, if the fit becomes worse by less than
+    /// the price.
     fn replace_by(&mut self, problem: &Waveform, absent: usize, others: Vec<usize>) {
         let mut start = self.fit.parameters.clone();
         start[absent] = 0.0;
@@ -99,7 +101,7 @@ impl NuisanceSelection {
         }
     }
 
-    /// The losses and some nuisances, in order.
+    /// The losses and the given nuisance parameters, in ascending order.
     fn free(&self, nuisance: &[usize]) -> Vec<usize> {
         in_order(&self.basic, nuisance)
     }
@@ -109,17 +111,17 @@ impl NuisanceSelection {
     }
 }
 
-/// Part of its price that a disturbance roughly promises at least where it may pay it.
+/// Fraction of the price that the approximate predicted gain must reach for a disturbance to be considered.
 const ROUGH_PART: f64 = 0.5;
 
-/// Losses and nuisances, in order.
+/// Losses and nuisance parameters, in ascending order.
 pub(super) fn in_order(losses: &[usize], nuisance: &[usize]) -> Vec<usize> {
     let mut free = [losses, nuisance].concat();
     free.sort_unstable();
     free
 }
 
-/// The minimum from a start, the last small step taken.
+/// The minimum reached from a start; the last small step is taken.
 pub(super) fn minimum(problem: &Waveform, start: &[f64], free: &[usize]) -> Option<Fit> {
     minimise_until(problem, start, free, STEP_TOLERANCE, true)
 }

@@ -1,11 +1,10 @@
-//! What a caller may fix before the analysis.
+//! Options set by the caller before the analysis.
 
 use crate::Error;
 use crate::answer::calibration::Calibration;
 use crate::model::loss::LossModel;
 
-/// Choices for [`analyse`](super::analyse). The default finds everything by
-/// itself.
+/// Options of [`analyse`](super::analyse). By default everything is determined from the record.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[non_exhaustive]
 pub struct Options {
@@ -13,25 +12,24 @@ pub struct Options {
     pub start_s: Option<f64>,
     /// Last instant used, in s on the record's clock.
     pub end_s: Option<f64>,
-    /// The decay is followed down to this amplitude only, in the signal's unit.
+    /// Amplitude below which the decay is not followed, in the signal's unit.
     pub min_amplitude: Option<f64>,
-    /// Only oscillations between these frequencies count, in Hz.
+    /// Frequency band of the oscillation, in Hz; everything outside it is ignored.
     pub band_hz: Option<[f64; 2]>,
-    /// Report this model, whichever the data prefer.
+    /// The model to report, whichever one the data prefer.
     pub model: Option<LossModel>,
-    /// Draw the loss against the amplitude without a model as well.
+    /// Whether to also estimate the loss against the amplitude without a model, and of which kind.
     pub law: Option<LawOption>,
     /// Low-pass of the lock-in amplifier that recorded the amplitude.
     pub lockin: Option<LowPass>,
-    /// Frequency of the oscillation, Hz, for records that do not show it (a
-    /// bare amplitude, a lock-in's outputs): without it sliding friction can
-    /// only be given as a rate of loss.
+    /// Frequency of the oscillation, Hz, for records that do not show it (a bare amplitude, the outputs of a
+    /// lock-in): without it sliding friction can only be given as a rate of loss.
     pub frequency_hz: Option<f64>,
     /// Mechanical constant that turns displacements into forces.
     pub calibration: Option<Calibration>,
 }
 
-/// What a law without a model may be.
+/// Constraint on a law without a model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize), serde(rename_all = "lowercase"))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -39,15 +37,15 @@ pub struct Options {
 pub enum LawOption {
     /// Any smooth loss.
     Free,
-    /// A loss that grows with the amplitude.
+    /// A loss that increases with the amplitude.
     Rising,
 }
 
 impl LawOption {
-    /// Every one.
+    /// All options.
     pub const ALL: &[LawOption] = &[Self::Free, Self::Rising];
 
-    /// Its name in options.
+    /// Name used in options.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Free => "free",
@@ -75,8 +73,8 @@ pub struct LowPass {
 }
 
 impl Options {
-    /// Whether the decay of an answer reaches below [`min_amplitude`](Self::min_amplitude): one that
-    /// begins there leaves nothing to fit.
+    /// Checks that the decay of an answer starts above [`min_amplitude`](Self::min_amplitude); one that
+    /// starts below it leaves nothing to fit.
     ///
     /// # Errors
     /// [`Error::BelowLeastAmplitude`].
@@ -91,7 +89,7 @@ impl Options {
         }
     }
 
-    /// Whether every number given can be meant, of whatever record; [`analyse`](super::analyse) asks this first.
+    /// Checks every given number independently of the record; [`analyse`](super::analyse) calls this first.
     ///
     /// # Errors
     /// [`Error::Parameter`] and [`Error::Band`] with the number that is out of range.

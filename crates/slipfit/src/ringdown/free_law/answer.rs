@@ -1,50 +1,51 @@
-//! The law without a model as it is read.
+//! The model-free loss law as reported.
 
 use crate::Quantity;
 use crate::answer::columns::columns;
 
-/// Loss against amplitude without a model of it: a smooth curve with its confidence band, its limit at
-/// vanishing amplitude and its slope there.
+/// Loss against amplitude without a model: a smooth curve with its confidence band, its limit at vanishing
+/// amplitude and its slope there.
 ///
 /// ```text
 /// dA/dt = -g(A),      g(A) -> a0 + a1 A   for A -> 0
 /// ```
 ///
-/// The curve is a line with a random curvature whose size the data choose, so that it bends no more than
-/// they show. The band holds the true loss in 95 % on the average over the curve; where the loss bends
-/// sharply it holds it less often there and more often elsewhere. Below [`lowest_amplitude`](Self::lowest_amplitude)
-/// the curve is continued, as nearly straight as it is above.
+/// The curve is a line with a random curvature whose magnitude is estimated from the data, so that it bends
+/// no more than they require. The band covers the true loss with 95 % probability on average over the curve;
+/// where the loss bends sharply the coverage is lower, elsewhere it is higher. Below
+/// [`lowest_amplitude`](Self::lowest_amplitude) the curve is extrapolated, as nearly straight as it is above.
 ///
-/// Limits: one mode, a loss that depends on the amplitude alone, a dozen amplitudes at least.
+/// Limits: one mode, a loss that depends on the amplitude alone, at least twelve amplitudes.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct FreeLaw {
-    /// Loss per cycle against amplitude, from zero to the largest amplitude measured. Per second where
-    /// the frequency is not known.
+    /// Loss per cycle against amplitude, from zero to the largest amplitude measured. Per second if the
+    /// frequency is not known.
     #[cfg_attr(feature = "serde", serde(serialize_with = "free_columns::serialize"))]
     #[cfg_attr(feature = "schema", schemars(with = "free_columns::Columns"))]
     pub curve: Vec<FreeLossPoint>,
     /// Loss of amplitude per second at vanishing amplitude: the sliding part, `a0`. Never negative; the
     /// interval is that of Feldman and Cousins (1998).
     pub limit: Quantity,
-    /// The friction displacement of that limit, `x_F = pi a0/(2 omega)`; `None` where the frequency is not
-    /// known.
+    /// The friction displacement corresponding to that limit, `x_F = pi a0/(2 omega)`; `None` if the
+    /// frequency is not known.
     pub friction_displacement: Option<Quantity>,
-    /// Slope of the loss at vanishing amplitude, 1/s: the viscous part, `a1`. Below zero where the loss
-    /// rises towards rest.
+    /// Slope of the loss at vanishing amplitude, 1/s: the viscous part, `a1`. Negative if the loss increases
+    /// towards rest.
     pub slope: Quantity,
-    /// Least amplitude measured, signal unit, no less than its standard error; below it the curve is continued.
+    /// Smallest amplitude measured, signal unit, but at least its standard error; below it the curve is
+    /// extrapolated.
     pub lowest_amplitude: f64,
-    /// Parameters that the curve needed: 2 for a straight line.
+    /// Effective number of parameters of the curve: 2 for a straight line.
     pub effective_parameters: f64,
-    /// Whether the loss was asked to grow with the amplitude.
+    /// Whether the loss was constrained to increase with the amplitude.
     pub rising: bool,
 }
 
 impl FreeLaw {
-    /// The curve with its band at an amplitude, between its points along straight lines; `None` below
+    /// The curve with its band at a given amplitude, linearly interpolated between its points; `None` below
     /// zero and above the largest amplitude measured.
     ///
     /// ```
@@ -84,7 +85,7 @@ impl FreeLaw {
     }
 }
 
-/// A point of the law without a model.
+/// A point of the model-free law.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct FreeLossPoint {

@@ -1,32 +1,32 @@
-//! A curve of the loss against the amplitude that may take any shape.
+//! A curve of arbitrary shape for the loss against the amplitude.
 
-/// The loss `g(A)` as a straight line with a curvature of its own in every stretch of the amplitude:
+/// The loss `g(A)` as a straight line with a separate curvature in every stretch of the amplitude:
 ///
 /// ```text
 /// g(A) = b0 + b1 A + G sum z_k psi_k(A/A_1),      psi_k'' = 1/sqrt(∫ u du) in stretch k, zero outside
 /// ```
 ///
 /// `u = A/A_1`, `A_1` is the largest amplitude, `G = A_1/duration`. A penalty on the squares of `z_k` is one
-/// on `∫ A g''² dA`: a bend by a part of the loss costs less the smaller the amplitude is, where one of the
-/// same relative width is narrower (with the plain `∫ g''² dA` the limit of a friction that rises towards
-/// rest came out 3 % low). `b0` and `b1` are loss and slope at `A = 0` itself: what is known of the limit is
-/// what is known of two parameters.
+/// on `∫ A g''² dA`: a bend by a given fraction of the loss costs less at smaller amplitude, where a bend of
+/// the same relative width is narrower (with the plain `∫ g''² dA` the limit of a friction that increases
+/// towards rest was 3 % too low). `b0` and `b1` are loss and slope at `A = 0` itself, so the uncertainty of
+/// the limit is that of two parameters.
 #[derive(Debug, Clone)]
 pub(super) struct Curve {
-    /// Borders of the stretches over the largest amplitude, from 0 to 1.
+    /// Borders of the stretches relative to the largest amplitude, from 0 to 1.
     borders: Vec<f64>,
-    /// Curvature of each.
+    /// Curvature scale of each stretch.
     curvature: Vec<f64>,
     largest: f64,
-    /// Largest amplitude over the duration.
+    /// Largest amplitude divided by the duration.
     rate: f64,
 }
 
-/// Least width of a stretch, over the largest amplitude.
+/// Minimum width of a stretch relative to the largest amplitude.
 const LEAST_WIDTH: f64 = 1e-3;
 
 impl Curve {
-    /// Stretches between quantiles of the amplitudes, one from zero to the least of them.
+    /// Stretches between quantiles of the amplitudes, plus one from zero to the smallest of them.
     pub(super) fn through(amplitudes: &[f64], duration_s: f64, stretches: usize) -> Option<Self> {
         let mut sorted: Vec<f64> = amplitudes.iter().copied().filter(|a| *a > 0.0).collect();
         sorted.sort_by(f64::total_cmp);
@@ -48,13 +48,13 @@ impl Curve {
         Some(Self { borders, curvature, largest, rate: largest / duration_s })
     }
 
-    /// Number of coefficients: the two of the line, then one a stretch.
+    /// Number of coefficients: the two of the line and one per stretch.
     pub(super) fn coefficients(&self) -> usize {
         2 + self.curvature.len()
     }
 
-    /// What each coefficient is multiplied with at an amplitude. Below zero the curve is a line, and
-    /// above the largest amplitude as well.
+    /// The function multiplied by each coefficient, at a given amplitude. Below zero and above the largest
+    /// amplitude the curve is a straight line.
     pub(super) fn shapes(&self, amplitude: f64, out: &mut [f64]) {
         let u = amplitude / self.largest;
         (out[0], out[1]) = (1.0, amplitude);
@@ -65,7 +65,7 @@ impl Curve {
         }
     }
 
-    /// Derivatives of the shapes by the amplitude.
+    /// Derivatives of these functions with respect to the amplitude.
     pub(super) fn slopes(&self, amplitude: f64, out: &mut [f64]) {
         let u = amplitude / self.largest;
         (out[0], out[1]) = (0.0, 1.0);

@@ -1,4 +1,4 @@
-//! The law without a model, estimated from the amplitudes of a decay.
+//! Estimate of the model-free law from the amplitudes of a decay.
 
 use super::answer::{FreeLaw, FreeLossPoint};
 use super::criteria::FreeLawCriteria;
@@ -15,12 +15,12 @@ use crate::numeric::robust;
 use crate::ringdown::amplitude_fit::LEAST_SQUARE;
 use std::f64::consts::PI;
 
-/// Points of the curve that are reported.
+/// Number of intervals between the reported points of the curve.
 const POINTS: u32 = 48;
-/// Rounds in which weights and amplitudes left out follow the curve.
+/// Rounds of updating weights and outliers from the curve.
 const ROUNDS: usize = 2;
 
-/// Amplitudes along a free decay, as the law without a model needs them.
+/// Amplitudes along a free decay, as required by the model-free law.
 #[derive(Debug, Clone)]
 pub(crate) struct Amplitudes {
     /// s, ascending.
@@ -28,18 +28,19 @@ pub(crate) struct Amplitudes {
     pub(crate) amplitude: Vec<f64>,
     /// Variance of each for samples of unit variance.
     pub(crate) unit_variance: Vec<f64>,
-    /// Variance of one sample, where it is known by itself.
+    /// Variance of one sample if known independently, otherwise zero.
     pub(crate) noise_variance: f64,
-    /// Where the amplitudes are root mean squares with the noise in them, what that adds to the square.
+    /// If the amplitudes are root mean squares that include noise, the contribution of the noise to the
+    /// square.
     pub(crate) floor: Option<f64>,
-    /// Delays and shares of a low-pass behind which they were recorded.
+    /// Delays and shares of the low-pass that preceded the recording.
     pub(crate) delays: Vec<(f64, f64)>,
-    /// rad/s, where it is known.
+    /// rad/s, if known.
     pub(crate) omega: Option<f64>,
     pub(crate) unit: String,
 }
 
-/// The law without a model through these amplitudes; `None` where they are too few or do not fall.
+/// The model-free law fitted to these amplitudes; `None` if they are too few or do not fall.
 pub(crate) fn estimate(
     data: &Amplitudes,
     rising: bool,
@@ -56,7 +57,7 @@ pub(crate) fn estimate(
     let curve = Curve::through(&data.amplitude, duration, stretches)?;
     let mut problem = problem(data, curve);
     let mut start = vec![0.0; 1 + problem.curve.coefficients()];
-    // An exponential of the fall as a whole; any fall does.
+    // An exponential with the overall decrease; any decreasing start suffices.
     start[START] = first;
     start[2] = (first / last.max(1e-3 * first)).ln().max(1e-3) / duration;
     let mut found = smoothed(&problem, &start, data.noise_variance)?;
@@ -101,11 +102,11 @@ fn problem(data: &Amplitudes, curve: Curve) -> FreeProblem {
     problem
 }
 
-/// Instants of an even grid on which the motion behind a low-pass is followed.
+/// Number of steps of the even grid on which the motion before a low-pass is computed.
 const GRID: f64 = 1000.0;
 
-/// Where the motion is needed: at every amplitude, or behind a low-pass at the delays of each. Those lie
-/// between instants of an even grid, so that it is followed once for all.
+/// Times at which the motion is needed: those of the amplitudes or, with a low-pass, those at the delays of
+/// each amplitude. The latter are interpolated on an even grid, so that the motion is computed only once.
 fn nodes(data: &Amplitudes) -> Vec<Node> {
     let all = 0..data.time_s.len();
     if data.delays.is_empty() {
@@ -130,13 +131,14 @@ fn nodes(data: &Amplitudes) -> Vec<Node> {
     shares.into_iter().map(|(_, node)| node).collect()
 }
 
-/// `4 (A² + sigma²)`, the variance of a square over that of its amplitude's, `floor = 2 sigma²`.
+/// `4 (A² + sigma²)`, the ratio of the variance of a square to that of its amplitude, with `floor = 2
+/// sigma²`.
 fn spread_of_square(amplitude: f64, largest: f64, floor: f64) -> f64 {
     4.0 * (amplitude * amplitude + 0.5 * floor).max(LEAST_SQUARE * largest * largest)
 }
 
-/// Weighs mean squares by these amplitudes: by the measured ones those that the noise made small would
-/// weigh most.
+/// Weights mean squares by the given amplitudes: if weighted by the measured ones, those made small by noise
+/// would get the largest weights.
 fn weigh(problem: &mut FreeProblem, amplitudes: &[f64]) {
     let Some(floor) = problem.floor else { return };
     let largest = amplitudes.first().copied().unwrap_or(0.0);
@@ -148,7 +150,7 @@ fn weigh(problem: &mut FreeProblem, amplitudes: &[f64]) {
 fn law(found: &Smoothed, curve: &Curve, data: &Amplitudes, rising: bool, widened: f64) -> FreeLaw {
     let period = data.omega.map_or(1.0, |omega| 2.0 * PI / omega);
     let largest = data.amplitude.iter().fold(0.0, |h, a| f64::max(h, *a));
-    // Below its standard error an amplitude is not measured.
+    // An amplitude below its standard error does not count as measured.
     let measured = |(a, unit): (&f64, &f64)| a.max((unit * data.noise_variance).sqrt());
     let lowest = data.amplitude.iter().zip(&data.unit_variance).map(measured).fold(largest, f64::min);
     let n = curve.coefficients();
@@ -160,7 +162,7 @@ fn law(found: &Smoothed, curve: &Curve, data: &Amplitudes, rising: bool, widened
     };
     let mut points: Vec<FreeLossPoint> = (0..=POINTS)
         .map(|i| {
-            // Closer where the decay spends most of its time.
+            // The points are denser at small amplitudes, where the decay spends most of its time.
             let amplitude = largest * (f64::from(i) / f64::from(POINTS)).powi(2);
             curve.shapes(amplitude, &mut shapes);
             let value: f64 = shapes.iter().zip(&found.parameters[1..]).map(|(s, p)| s * p).sum();
@@ -191,7 +193,7 @@ fn law(found: &Smoothed, curve: &Curve, data: &Amplitudes, rising: bool, widened
     }
 }
 
-/// A value that cannot be negative, with the interval beside that limit.
+/// A quantity that cannot be negative, with the interval for that constraint.
 fn non_negative(value: f64, std_error: f64, unit: String) -> Quantity {
     let interval = if std_error > 0.0 {
         bounded_interval(value / std_error).map(|z| z * std_error)
@@ -201,9 +203,9 @@ fn non_negative(value: f64, std_error: f64, unit: String) -> Quantity {
     Quantity { value: value.max(0.0), std_error, interval_95: interval, unbounded_value: value, unit }
 }
 
-/// Estimate and both ends of the band in rising order: of a function that rises, the rearranged estimate
-/// is never worse and the rearranged band holds it at least as often (Chernozhukov, Fernández-Val and
-/// Galichon 2009, Biometrika 96, 559).
+/// Sorts the estimate and both limits of the band in ascending order. For an increasing function the
+/// rearranged estimate is never worse, and the rearranged band covers it at least as often (Chernozhukov,
+/// Fernández-Val and Galichon 2009, Biometrika 96, 559).
 fn rearrange(points: &mut [FreeLossPoint]) {
     let columns: [fn(&mut FreeLossPoint) -> &mut f64; 3] =
         [|p| &mut p.loss_per_cycle, |p| &mut p.low_95, |p| &mut p.high_95];

@@ -1,4 +1,4 @@
-//! The amplitudes of a measured decay for the law without a model.
+//! The amplitudes of a measured decay as input of the model-free law.
 
 use super::answer::FreeLaw;
 use super::estimate::{Amplitudes, estimate};
@@ -10,7 +10,7 @@ use crate::ringdown::options::LawOption;
 use crate::ringdown::quantities::{angular_frequency, frequency_known};
 use crate::ringdown::window_fit::Problem;
 
-/// The law without a model, where it is asked for and the amplitudes allow one.
+/// The model-free law, if it was requested and the amplitudes allow one.
 pub(crate) fn free_law(e: &Evidence, chosen: &ModelFit) -> Option<FreeLaw> {
     let asked = e.options.law?;
     let points = &e.measured.points;
@@ -23,7 +23,7 @@ pub(crate) fn free_law(e: &Evidence, chosen: &ModelFit) -> Option<FreeLaw> {
         time_s: points.iter().map(|b| b.time_s - origin).collect(),
         amplitude: points.iter().map(|b| b.amplitude).collect(),
         unit_variance: points.iter().map(|b| b.unit_variance).collect(),
-        // A band leaves no noise inside a block to measure.
+        // A band-pass leaves no noise inside a block to be measured.
         noise_variance: if e.options.band_hz.is_some() { 0.0 } else { e.measured.noise_rms.powi(2) },
         floor,
         delays: e.options.lockin.map_or_else(Vec::new, |filter| Kernel::new(filter).nodes),

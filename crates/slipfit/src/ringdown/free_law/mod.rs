@@ -1,4 +1,4 @@
-//! The law without a model: loss against amplitude as the amplitudes themselves give it.
+//! The model-free law: loss against amplitude as determined by the amplitudes alone.
 
 mod answer;
 pub(super) mod criteria;

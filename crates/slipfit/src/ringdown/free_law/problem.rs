@@ -1,35 +1,35 @@
-//! The amplitudes of a decay against a curve of the loss, as a least-squares problem.
+//! Least-squares problem of the amplitudes of a decay and a loss curve.
 
 use super::curve::Curve;
 use crate::inference::least_squares::{LeastSquares, Normal};
 
-/// Longest step of the integration, over the time in which the loss changes, and steps in the time of a stretch at
-/// least: rule and interpolation are right to 1e-8 of the amplitude.
+/// Maximum step of the integration, relative to the time scale on which the loss changes, and minimum number
+/// of steps per stretch: integration and interpolation are accurate to 1e-8 of the amplitude.
 const STEP: f64 = 0.05;
 const STEPS_PER_STRETCH: f64 = 8.0;
-/// Shortest step, over the longest.
+/// Minimum step relative to the maximum.
 const SHORTEST: f64 = 1e-3;
 
-/// Amplitude at the start; the coefficients of the curve follow.
+/// Slot of the amplitude at the start; the coefficients of the curve follow.
 pub(super) const START: usize = 0;
 
-/// Amplitudes `A(t)` of `dA/dt = -g(A)`.
+/// Fit of amplitudes `A(t)` with `dA/dt = -g(A)`.
 #[derive(Debug, Clone)]
 pub(super) struct FreeProblem {
     pub(super) curve: Curve,
-    /// Instants at which the amplitude of the motion is needed, s, ascending: which measured amplitude
-    /// it is part of, and its share there (behind a low-pass there are many).
+    /// Times at which the amplitude of the motion is needed, s, ascending, each with the measured amplitude
+    /// that it contributes to and its share in it (with a low-pass there are several per amplitude).
     pub(super) nodes: Vec<Node>,
     /// Measured amplitudes, or their squares.
     pub(super) value: Vec<f64>,
     pub(super) weight: Vec<f64>,
-    /// Inverse variance of the amplitudes behind them for samples of unit variance.
+    /// Inverse variance of the underlying amplitudes for samples of unit variance.
     pub(super) unit_weight: Vec<f64>,
-    /// Where the values are squares, what noise adds to them.
+    /// If the values are squares, the contribution of the noise to them.
     pub(super) floor: Option<f64>,
 }
 
-/// An instant of the motion.
+/// A time at which the motion is computed, and its share in a measured amplitude.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Node {
     pub(super) time_s: f64,
@@ -38,7 +38,7 @@ pub(super) struct Node {
 }
 
 impl FreeProblem {
-    /// Amplitude behind every value, and its derivatives one after another.
+    /// Model amplitude of every value, and the derivatives of each in sequence.
     fn follow(&self, p: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let n = p.len();
         let (mut amplitudes, mut rows) = (vec![0.0; self.value.len()], vec![0.0; n * self.value.len()]);
@@ -56,7 +56,7 @@ impl FreeProblem {
         (amplitudes, rows)
     }
 
-    /// Amplitude behind every value.
+    /// Model amplitude of every value.
     pub(super) fn amplitudes(&self, p: &[f64]) -> Vec<f64> {
         self.follow(p).0
     }
@@ -68,7 +68,7 @@ impl FreeProblem {
         all.map(|((a, v), w)| (v - model(a)) * w.sqrt()).collect()
     }
 
-    /// The same without some of the amplitudes.
+    /// The same problem without some of the amplitudes.
     pub(super) fn without(&self, left_out: impl Fn(usize) -> bool) -> Self {
         let kept: Vec<usize> = (0..self.value.len()).filter(|i| !left_out(*i)).collect();
         let place = |of: usize| kept.binary_search(&of).ok();
@@ -108,20 +108,22 @@ impl LeastSquares for FreeProblem {
     }
 }
 
-/// Amplitude and its derivatives at one instant, and the rates of all: `d/dt A = -g`, `d/dt A_k = -g' A_k - psi_k`.
+/// Amplitude and its derivatives at one time, and the rates of all: `d/dt A = -g`, `d/dt A_k = -g' A_k -
+/// psi_k`.
 #[derive(Clone)]
 struct State {
     amplitude: f64,
     rate: f64,
-    /// By the start and by the coefficients of the curve.
+    /// Derivatives by the start and by the coefficients of the curve.
     by: Vec<f64>,
     by_rate: Vec<f64>,
-    /// Of the loss, `g'`.
+    /// Slope of the loss, `g'`.
     slope: f64,
 }
 
 impl State {
-    /// Rates by amplitude and derivatives; `room` takes the shapes and slopes of the curve.
+    /// Sets the rates from amplitude and derivatives; `room` is scratch space for the shapes and slopes of
+    /// the curve.
     fn set_rates(&mut self, curve: &Curve, p: &[f64], room: &mut [Vec<f64>; 2]) {
         let [shapes, slopes] = room;
         curve.shapes(self.amplitude, shapes);
@@ -136,7 +138,7 @@ impl State {
     }
 }
 
-/// The motion followed in steps as long as its loss allows, and between their ends by cubics.
+/// The motion integrated in steps as long as its loss allows, with cubic interpolation within the steps.
 struct Path<'a> {
     curve: &'a Curve,
     p: &'a [f64],
@@ -145,7 +147,7 @@ struct Path<'a> {
     end: State,
     begin_s: f64,
     step_s: f64,
-    /// Amplitude and derivatives where it has gone to.
+    /// Amplitude and derivatives at the current time.
     amplitude: f64,
     by: Vec<f64>,
     now_s: f64,
@@ -196,7 +198,8 @@ impl<'a> Path<'a> {
         }
     }
 
-    /// The classical Runge-Kutta rule for amplitude and derivatives together, from the end of the last step on.
+    /// Classical Runge-Kutta step for amplitude and derivatives together, starting from the end of the last
+    /// step.
     fn step(&mut self) {
         std::mem::swap(&mut self.begin, &mut self.end);
         self.begin_s += self.step_s;
