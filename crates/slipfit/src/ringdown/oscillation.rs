@@ -1,4 +1,4 @@
-//! From an oscillating record to the amplitudes along its free decay.
+//! Measurement of the amplitudes along the free decay of an oscillating record.
 
 use super::criteria::Criteria;
 use super::measured::MeasuredDecay;
@@ -12,9 +12,9 @@ use crate::signal::spectrum::{self, Periodogram};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Amplitudes of blocks along the free decay. Where the decay is a small part of the record, the
-/// samples are narrowed to it and its surroundings: the length of a block follows the record's,
-/// and the law must not change within a block.
+/// Amplitudes of blocks along the free decay. If the decay is a small part of the record, the samples are
+/// limited to it and its surroundings: the length of a block scales with that of the record, and the law must
+/// not change within a block.
 pub(crate) fn measure(
     samples: &mut Samples,
     options: &Options,
@@ -46,7 +46,7 @@ pub(crate) fn measure(
     }
 }
 
-/// The same free decay, begun with the record.
+/// The same free decay, started at the beginning of the record.
 pub(crate) fn from_the_first_block(
     samples: &Samples,
     found: &MeasuredDecay,
@@ -68,8 +68,8 @@ pub(crate) fn from_the_first_block(
     })
 }
 
-/// The decay with as much before and after it, where blocks cut for that part alone are shorter
-/// by the factor.
+/// The decay with equal lengths before and after it, if blocks chosen for that part alone are shorter by at
+/// least `factor`.
 fn surroundings(
     found: &MeasuredDecay,
     samples: &Samples,
@@ -88,7 +88,7 @@ fn surroundings(
     (factor * part <= whole).then_some(from..end)
 }
 
-/// Blocks along the record, the free decay among them, and its amplitudes along a smooth phase.
+/// Blocks along the record, its free decay, and the amplitudes of the decay along a smooth phase.
 fn along_decay(
     samples: &Samples,
     frequency_hz: f64,
@@ -98,7 +98,7 @@ fn along_decay(
     let cut = Cut::for_record(samples.duration(), samples.len(), frequency_hz);
     let follow = |cut: Cut| Followed::new(samples, frequency_hz, cut, options, criteria);
     let mut found = follow(cut)?;
-    // Where single blocks are uncertain, longer ones find start, end and phase more surely.
+    // If single blocks are uncertain, longer ones determine start, end and phase more accurately.
     let longer = (found.relative_error / criteria.blocks.relative_error).powi(2);
     let longest = found.visible as f64 / criteria.blocks.least_visible as f64;
     let longer = longer.min(longest).floor();
@@ -126,7 +126,7 @@ fn along_decay(
     })
 }
 
-/// A record cut into blocks, and the free decay among them.
+/// A record divided into blocks, and the free decay among them.
 struct Followed {
     blocks: Vec<Block>,
     window: DecayWindow,
@@ -185,7 +185,7 @@ fn project(
         let span = blocks[b].time_s - blocks[a].time_s;
         let slope = (modulus[a].max(f64::MIN_POSITIVE) / modulus[b].max(f64::MIN_POSITIVE)).ln() / span;
         let most = 1.0 / blocks[j].span_s;
-        // In the noise the slope of the modulus is the noise's; the last one known goes on.
+        // In the noise the slope of the modulus is meaningless; the last known slope is continued.
         let visible = |i: usize| modulus[i] > criteria.blocks.loss_errors * blocks[i].std_error(noise_rms);
         if visible(a) && visible(b) && slope.is_finite() {
             loss = slope.clamp(-most, most);
@@ -204,11 +204,13 @@ fn project(
     Ok(Projected { points, law, follows_law: smooth.follows_law })
 }
 
-/// Part of the largest amplitude at which a shift of the frequency is taken besides.
+/// Fraction of the largest amplitude at which the frequency shift is evaluated in addition to the largest
+/// amplitude itself.
 const WITHIN: f64 = 0.75;
 
-/// Amplitudes of a derivative of this order as they were at one frequency: the motion of amplitude `A` has a velocity of
-/// `omega A` and an acceleration of `omega² A`, `omega` that at `A`, and losses act on the motion.
+/// Converts amplitudes of a derivative of this order to those at a constant frequency: a motion of amplitude
+/// `A` has the velocity `omega A` and the acceleration `omega² A`, with `omega` that at `A`, and the losses
+/// act on the motion.
 fn at_one_frequency(points: &mut [Block], law: &mut PhaseLaw, order: i32) {
     let reference = law.reference_omega();
     let largest = points.iter().map(|b| b.amplitude.abs()).fold(0.0, f64::max);
@@ -218,7 +220,7 @@ fn at_one_frequency(points: &mut [Block], law: &mut PhaseLaw, order: i32) {
         b.quadrature *= factor;
         b.unit_variance *= factor * factor;
     }
-    // The shift by `a = A (1 + shift)^order`, as one by `A`.
+    // Shift as a function of `a = A (1 + shift)^order`, converted to one of `A`.
     let [(outer, square), (inner, within)] = [largest, WITHIN * largest].map(|a| {
         let shift = law.shift(a);
         let square = (a / (1.0 + shift).powi(order)).powi(2);
@@ -240,13 +242,13 @@ mod tests {
     use crate::{Parameter, Record, SignalKind};
     use std::f64::consts::TAU;
 
-    /// Acceleration of a pendulum of 3.27 rad/s released at 40°, 60 s at 50 samples a second.
+    /// Acceleration of a pendulum of 3.27 rad/s released at 40°, 60 s at 50 samples per second.
     fn acceleration(delta: f64) -> Vec<f64> {
         let force = |x: f64, v: f64| -2.0 * delta * v - 10.7 * x.sin();
         motion(force, 0.7, 3000, 1.0 / 50.0, 4).iter().map(|[x, v]| force(*x, *v)).collect()
     }
 
-    /// The frequency rises by 3 % as the amplitude falls, and an acceleration by 6 %, which is no loss.
+    /// As the amplitude falls, the frequency rises by 3 % and an acceleration by 6 %, which is not a loss.
     #[test]
     fn the_acceleration_of_a_pendulum_falls_by_its_losses_alone() {
         for delta in [0.009, 0.03] {
@@ -262,8 +264,8 @@ mod tests {
         }
     }
 
-    /// Three hundred swings from 60° at 46 dB: second order of the loss and of the frequency, and phases of two thousand
-    /// radians, each known to a hundredth.
+    /// Three hundred cycles from 60° at 46 dB: loss and frequency matter to second order, and the phase
+    /// reaches two thousand radians, with each value known to a hundredth.
     #[test]
     fn a_pendulum_from_sixty_degrees_has_no_friction_and_no_drift() {
         let delta = 0.008;
@@ -279,20 +281,20 @@ mod tests {
         assert!((backbone.quadratic * 16.0 + 1.0).abs() < 5e-3, "{backbone:?}");
         assert!((backbone.frequency_at_zero_hz / (39.5f64.sqrt() / TAU) - 1.0).abs() < 1e-4, "{backbone:?}");
         assert!(!answer.sliding.detected);
-        // 2 % off to first order.
+        // To first order the error would be 2 %.
         let found = answer.parameter(Parameter::DECAY_RATE).expect("always reported").value;
         assert!((found / delta - 1.0).abs() < 3e-3, "{found}");
         assert_held(record, &options, Parameter::FRICTION_DISPLACEMENT, 0.0);
     }
 
-    /// Velocity and acceleration of a swing from 60°: the shift by the amplitude of the motion, between the two
-    /// amplitudes at which it is taken and below.
+    /// Velocity and acceleration of a pendulum from 60°: the shift as a function of the amplitude of the
+    /// motion, between the two amplitudes at which it is evaluated and below.
     #[test]
     fn the_shift_by_a_derivative_is_one_by_the_motion() {
         for (order, tolerance) in [(0, 1e-12), (1, 2e-4), (2, 7e-4)] {
             let recorded =
                 PhaseLaw { omega: 6.0, quadratic: -0.0625, quartic: 9.5e-4, ..PhaseLaw::default() };
-            // By the amplitude of the derivative, over its rate at rest.
+            // Amplitude of the motion, from that of the derivative divided by its rate at rest.
             let of_motion = |a: f64| a / (1.0 + recorded.shift(a)).powi(order);
             let largest = 1.05;
             let block = Block {

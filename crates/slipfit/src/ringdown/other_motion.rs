@@ -1,4 +1,4 @@
-//! Another motion in the same record: a release before or behind the one that is analysed.
+//! Another motion in the same record: a release before or after the one that is analysed.
 
 use super::Answer;
 use super::criteria::OtherMotionCriteria;
@@ -7,7 +7,7 @@ use super::window::{EndReason, StartReason};
 use crate::Parameter;
 use std::ops::Range;
 
-/// What a record holds beside the motion analysed.
+/// The motions of a record other than the one analysed.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct OtherMotion {
     /// The longest other motion.
@@ -16,10 +16,10 @@ pub(crate) struct OtherMotion {
     pub(crate) own: Range<usize>,
 }
 
-/// Other motions, each apart from the motion analysed by a rest; `None` where there is none.
+/// Other motions, each separated from the motion analysed by a rest; `None` if there are none.
 ///
-/// In windows of a cycle the samples move where their root mean square about a straight line is a part of the first
-/// amplitude and many times the noise.
+/// A window of one cycle counts as moving if its root mean square about a straight line exceeds a fraction of
+/// the first amplitude and a multiple of the noise.
 pub(crate) fn other_motion(
     samples: &Samples,
     answer: &Answer,
@@ -56,7 +56,7 @@ pub(crate) fn other_motion(
     Some(OtherMotion { range: samples_of(longest), own })
 }
 
-/// Windows of a cycle; `None` without a frequency.
+/// Windows of one cycle; `None` without a frequency.
 fn cycles(time: &[f64], frequency_hz: f64) -> Option<Vec<Range<usize>>> {
     let mut windows = Vec::new();
     let mut from = 0;
@@ -75,7 +75,7 @@ enum Motion {
     Rests,
 }
 
-/// Runs of windows that begin and end with one that moves, apart from each other by at least `rest` that rest.
+/// Runs of windows that begin and end with a moving one and are separated by at least `rest` resting windows.
 fn runs(motions: &[Motion], rest: usize) -> Vec<Range<usize>> {
     let mut runs: Vec<Range<usize>> = Vec::new();
     let (mut resting, mut rested) = (0, true);
@@ -93,7 +93,7 @@ fn runs(motions: &[Motion], rest: usize) -> Vec<Range<usize>> {
     runs
 }
 
-/// Root mean square about a straight line.
+/// Root mean square of the deviations from a straight line.
 fn rms(signal: &[f64]) -> f64 {
     let n = signal.len() as f64;
     let mean = signal.iter().sum::<f64>() / n;
@@ -113,7 +113,7 @@ mod tests {
 
     const DELTA: f64 = 0.05;
 
-    /// Releases from so much after so many seconds each, at 50 samples a second.
+    /// Releases, each given by its amplitude and its duration in s, at 50 samples per second.
     fn releases(of: &[(f64, f64)], repeat: usize) -> Record {
         let oscillator = Oscillator::kinematic(7.5, DELTA, 6e-4).expect("valid");
         let mut signal = Vec::new();

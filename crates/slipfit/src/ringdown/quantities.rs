@@ -1,4 +1,4 @@
-//! The parameters a person reads, with their uncertainties and units.
+//! The reported parameters, with their uncertainties and units.
 
 use super::compare::slot;
 use super::envelope::{A0, X_F, law_of};
@@ -31,14 +31,14 @@ pub(crate) fn angular_frequency(e: &Evidence, chosen: &ModelFit) -> f64 {
     }
 }
 
-/// Mean frequency over the window and its standard error, Hz; of few samples the interval is Student's.
+/// Mean frequency over the window and its standard error, Hz; for few samples the interval is Student's.
 fn mean_frequency(e: &Evidence, chosen: &ModelFit) -> Quantity {
     let hertz = |omega: f64, std: f64, factor: f64| {
         let (value, std_error) = (omega / TAU, std / TAU);
         let half = Z_95 * factor * std_error;
         Quantity { interval_95: [value - half, value + half], ..Quantity::normal(value, std_error, "Hz") }
     };
-    // Of a clock that was rebuilt the rate lies anywhere between two limits.
+    // The rate of a rebuilt clock lies anywhere between two limits.
     let clock = e.record.clock_report().rebuilt_rate_error / 3.0_f64.sqrt();
     let timed = |omega: f64, std: f64, factor: f64| hertz(omega, std.hypot(clock * omega), factor);
     match &e.fit.problem {
@@ -67,19 +67,20 @@ fn mean_frequency(e: &Evidence, chosen: &ModelFit) -> Quantity {
     }
 }
 
-/// Rate at which the fundamental falls behind the phase of the motion, rad/s, as the phases of the blocks
-/// weigh it.
+/// Rate at which the fundamental falls behind the phase of the motion, rad/s, with the weights of the blocks'
+/// phases.
 ///
-/// Loss leaves the fundamental a part in quadrature, which over the amplitude is `delta/omega` for viscous
-/// damping, `(3/pi) x_F/A` for sliding friction and `(5/6) a2 A/omega` for drag: the last two change as the
-/// amplitude falls. Each derivative advances the phase by the loss of the amplitude in `1/omega`.
+/// Loss adds a quadrature component to the fundamental; relative to the amplitude it is `delta/omega` for
+/// viscous damping, `(3/pi) x_F/A` for sliding friction and `(5/6) a2 A/omega` for drag. The last two change
+/// as the amplitude falls. Each derivative advances the phase by the relative loss of amplitude per
+/// `1/omega`.
 fn lag_rate(e: &Evidence, chosen: &ModelFit, omega: f64) -> Option<f64> {
     let law = law_of(&chosen.bounded.parameters, omega);
     let noise = e.measured.noise_rms;
     let start = e.fit.origin;
     let derivatives = f64::from(e.samples.observable.order());
     let lag = |b: &Block| {
-        // Within the last swings the motion has no phase.
+        // Within the last half cycles the motion has no defined phase.
         let amplitude =
             law.amplitude(b.time_s - start).max(b.std_error(noise)).max(0.5 * PI * law.a0 / omega);
         ((1.5 - derivatives) * law.a0 / amplitude + (5.0 / 6.0 - derivatives) * law.a2 * amplitude) / omega
@@ -97,12 +98,13 @@ fn lag_rate(e: &Evidence, chosen: &ModelFit, omega: f64) -> Option<f64> {
             smooth: vec![1.0, b.time_s - start],
         })
         .collect();
-    // An amplitude of zero without noise has no lag.
+    // A zero amplitude without noise has no defined lag.
     Some(Smoothed::beside(&lags, e.measured.law.walk)?.parameters[1]).filter(|rate| rate.is_finite())
 }
 
-/// By what a length of the signal becomes a displacement, and its unit: for a velocity or an acceleration whose unit
-/// says so, `1/omega` and the unit times s, or `1/omega²` and the unit times s².
+/// Factor that converts the signal to a displacement, and the unit of the latter: for a velocity or
+/// acceleration with a corresponding unit, `1/omega` and the unit times s, or `1/omega²` and the unit times
+/// s².
 pub(crate) fn displacement_of(record: &Record, omega: f64) -> (f64, String) {
     let (order, unit) = record.integrated();
     (omega.powi(-order), unit)
@@ -123,12 +125,12 @@ fn loss_fit<'a>(e: &'a Evidence<'_>, fit: &'a ModelFit) -> LossFit<'a> {
     }
 }
 
-/// The coefficient of a loss term, in the chosen model or the one with the term besides.
+/// The coefficient of a loss term, from the chosen model or from the one that includes the term in addition.
 fn loss_term(e: &Evidence, chosen: &ModelFit, term: LossTerm, counted: &mut Vec<LossTerm>) -> Quantity {
     let comparison = &e.fit.comparison;
     let (fit, present) = fit_of(comparison, chosen, term);
     let found = fit.map_or_else(unknown, |fit| {
-        // No loss exceeds what it would be alone: the others are not negative.
+        // No loss exceeds its value as the only loss, since the others are not negative.
         let most = comparison.most(term, slot(term));
         let curved = is_near_another_last_swing(e, fit);
         let found = loss_fit(e, fit).estimate(slot(term), &fit.other_slots(term, slot), most, curved);
@@ -142,8 +144,8 @@ fn loss_term(e: &Evidence, chosen: &ModelFit, term: LossTerm, counted: &mut Vec<
     with_absent_losses(e, chosen, (slot(term), Some(term)), found, counted)
 }
 
-/// Whether the motion stops in the window, and at another turning point for a friction displacement that the samples do not
-/// exclude.
+/// Whether the motion stops in the window, and would stop at another turning point for a friction
+/// displacement that the samples do not exclude.
 fn is_near_another_last_swing(e: &Evidence, fit: &ModelFit) -> bool {
     let Problem::Waveform(problem) = &e.fit.problem else { return false };
     let fit = &fit.unbounded;
@@ -154,7 +156,7 @@ fn is_near_another_last_swing(e: &Evidence, fit: &ModelFit) -> bool {
     stops && (!e.fit.other_minima.is_empty() || may_be_another(fit, reach))
 }
 
-/// An estimate that cannot be negative, nor above `most`, as several minima leave it.
+/// Widens an estimate between zero and `most` if there are several minima.
 fn beside_other_minima(e: &Evidence, fit: &ModelFit, found: Estimate, most: Option<f64>) -> Estimate {
     if !e.fit.several_minima {
         return found;
@@ -163,9 +165,9 @@ fn beside_other_minima(e: &Evidence, fit: &ModelFit, found: Estimate, most: Opti
     found.no_narrower(factor, [0.0, most.unwrap_or(f64::INFINITY)])
 }
 
-/// An interval of a model with a loss whose shape is fitted, with the values in it that smaller models take where they
-/// lie within the likelihood ratio of a 95 % interval: the profile is no higher there, though the search along a curved
-/// valley may not reach it.
+/// For a model with a loss of fitted shape: extends an interval to the values of smaller models that lie
+/// within the likelihood ratio of a 95 % interval. The profile is no higher there, although the search along
+/// a curved valley may not reach it.
 fn beside_smaller_models(
     comparison: &ModelComparison,
     fit: &ModelFit,
@@ -188,12 +190,12 @@ fn beside_smaller_models(
     found
 }
 
-/// Standard errors within which a loss is known that a model has not.
+/// Relative standard error assigned to the viscous loss of a model that has none.
 const SURE: f64 = 1e-3;
 
-/// The interval with the losses counted that the model has not and the data do not exclude, beside its own or in the place
-/// of the viscous one; as it is where
-/// the model was asked for. `counted` gets those that widen it noticeably.
+/// The interval widened by losses that the model lacks and the data do not exclude, either added to its own
+/// losses or replacing the viscous one; unchanged if the model was requested. `counted` collects those that
+/// widen it noticeably.
 fn with_absent_losses(
     e: &Evidence,
     chosen: &ModelFit,
@@ -221,8 +223,8 @@ fn with_absent_losses(
     averaged::stretched(q, &others)
 }
 
-/// The parameter of the shape of a loss term, where the chosen model has one: its interval is the profile's,
-/// within the limits.
+/// The shape parameter of a loss term, if the chosen model has one: its interval is that of the profile,
+/// within its limits.
 fn shape(e: &Evidence, chosen: &ModelFit, term: LossTerm) -> Option<(Parameter, Quantity)> {
     let (slot_of, shape) = shape_slot(term).zip(term.shape_parameter())?;
     let parameter: Parameter = shape.name.parse().ok()?;
@@ -251,7 +253,7 @@ fn shape(e: &Evidence, chosen: &ModelFit, term: LossTerm) -> Option<(Parameter, 
     Some((parameter, quantity))
 }
 
-/// The first amplitude; with a loss at its limit or near it the interval is the profile's.
+/// The first amplitude; if a loss is at or near its limit, the interval is that of the profile.
 fn initial_amplitude(e: &Evidence, chosen: &ModelFit) -> Quantity {
     let (noise, unit) = (e.fit.comparison.noise, e.record.unit());
     let slots: Vec<usize> = chosen.model.terms().map(slot).collect();
@@ -280,8 +282,8 @@ fn initial_amplitude(e: &Evidence, chosen: &ModelFit) -> Quantity {
     }
 }
 
-/// The fit that determines the parameters: where a loss whose shape is fitted is at its limit, the data say
-/// nothing of the shape, and the smaller model is what is left.
+/// The fit that determines the parameters: if a loss with a fitted shape is at its limit, the data carry no
+/// information about the shape, and the smaller model is used.
 fn determined<'a>(comparison: &'a ModelComparison, chosen: &'a ModelFit) -> &'a ModelFit {
     let Some(term) = chosen.at_limit.filter(|t| t.is_shaped()) else { return chosen };
     let others: Vec<LossTerm> = chosen.model.terms().filter(|t| *t != term).collect();
@@ -289,7 +291,7 @@ fn determined<'a>(comparison: &'a ModelComparison, chosen: &'a ModelFit) -> &'a 
     smaller.map_or(chosen, |smaller| determined(comparison, smaller))
 }
 
-/// The parameters, and the losses that the model has not but their intervals count.
+/// The parameters, and the losses that the model lacks but the intervals include.
 pub(crate) fn parameters(e: &Evidence, chosen: &ModelFit, omega: f64) -> (Parameters, Option<LossModel>) {
     let unit = e.record.unit();
     let known = frequency_known(e);
@@ -322,7 +324,7 @@ pub(crate) fn parameters(e: &Evidence, chosen: &ModelFit, omega: f64) -> (Parame
     let amplitude = with_absent_losses(e, chosen, (A0, None), amplitude, &mut counted);
     list.set(Parameter::InitialAmplitude, amplitude);
     if let Some(calibration) = e.options.calibration.filter(|_| known) {
-        // A velocity or acceleration record holds omega or omega² times the displacement.
+        // A velocity or acceleration record is omega or omega² times the displacement.
         let displacement = x_f.scaled(omega.powi(-e.samples.observable.order()), unit);
         for (parameter, quantity) in
             physical(calibration, omega.hypot(delta.value), unit, &delta, &displacement)
@@ -344,7 +346,7 @@ mod tests {
     use crate::{Oscillator, Parameter, Record, SignalKind};
     use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
-    /// A gyroscope's rad/s give the friction displacement in rad, and the frequency of the motion.
+    /// A gyroscope record in rad/s gives the friction displacement in rad, and the frequency of the motion.
     #[test]
     fn a_velocity_gives_a_displacement() {
         let oscillator = Oscillator::kinematic(TAU, 0.02, 0.003).expect("valid");
@@ -360,13 +362,13 @@ mod tests {
         let answer = analyse(&record(0), &Options::default()).expect("fits");
         let x_f = answer.parameter(Parameter::FRICTION_DISPLACEMENT).expect("always reported");
         assert_eq!(x_f.unit, "rad");
-        // The table of the models has it in the same unit.
+        // The table of models uses the same unit.
         let chosen = answer.comparison.iter().find(|c| c.model == answer.model).expect("compared");
         assert!((chosen.value(Parameter::FRICTION_DISPLACEMENT) / x_f.value - 1.0).abs() < 1e-9);
     }
 
-    /// Laws that the decay does not have, named: what they may explain is no part of the viscous loss, which keeps the
-    /// truth in its interval.
+    /// Models with laws that the decay does not have: what those laws may explain must not be missing from
+    /// the viscous loss, whose interval must cover the true value.
     #[test]
     fn laws_named_in_vain_leave_the_viscous_loss_in_its_interval() {
         let (q, all) = (100.0, "viscous+sliding+drag+cubic+power+stribeck+presliding");
@@ -396,7 +398,8 @@ mod tests {
         }
     }
 
-    /// 2 % of the viscous loss are drag: too little to be seen, it moves the decay rate by many of the errors beside none.
+    /// Drag is 2 % of the viscous loss: too little to be detected, yet it shifts the decay rate by many of
+    /// its errors without drag.
     #[test]
     fn weak_drag_that_does_not_show_is_counted() {
         let (omega, delta) = (TAU, PI / 300.0);

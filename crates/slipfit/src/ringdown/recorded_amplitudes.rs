@@ -1,4 +1,4 @@
-//! Records that hold amplitudes: a bare envelope, or the two outputs of a lock-in amplifier.
+//! Records of amplitudes: a bare envelope, or the two outputs of a lock-in amplifier.
 
 use super::block_amplitudes::BlockAmplitudes;
 use super::criteria::{BlockCriteria, Criteria};
@@ -14,7 +14,7 @@ use crate::{Error, SignalKind};
 use std::f64::consts::{SQRT_2, TAU};
 use std::ops::Range;
 
-/// Amplitudes along the free decay of a record that holds amplitudes.
+/// Amplitudes along the free decay of a record of amplitudes.
 pub(crate) fn measure(
     samples: &Samples,
     kind: SignalKind,
@@ -30,7 +30,8 @@ pub(crate) fn measure(
     }
 }
 
-/// Whether samples may be amplitudes that nobody has called so: none is negative, and they fall along the whole record.
+/// Whether samples not declared as amplitudes may be such: none is negative, and they fall along the whole
+/// record.
 pub(crate) fn may_be_amplitudes(signal: &[f64], criteria: &BlockCriteria) -> bool {
     let parts = criteria.recorded_parts.max(1);
     if signal.len() < 2 * parts || signal.iter().any(|v| *v < 0.0) {
@@ -43,8 +44,8 @@ pub(crate) fn may_be_amplitudes(signal: &[f64], criteria: &BlockCriteria) -> boo
     *last < criteria.recorded_fall * first && middles.windows(2).all(falls)
 }
 
-/// A bare envelope: means of R² over blocks, so that the noise adds a constant
-/// (`E[R²] = A² + 2 sigma²`) whatever the amplitude.
+/// A bare envelope: means of R² over blocks, so that the noise adds a constant (`E[R²] = A² + 2 sigma²`) at
+/// any amplitude.
 fn envelope(samples: &Samples, options: &Options, criteria: &Criteria) -> Result<MeasuredDecay, Error> {
     let noise_rms = neighbour_noise(samples.signal.windows(3)).unwrap_or(0.0);
     let all: Vec<Block> = ranges(samples, criteria.blocks.recorded_blocks)
@@ -83,7 +84,7 @@ fn envelope(samples: &Samples, options: &Options, criteria: &Criteria) -> Result
     })
 }
 
-/// A lock-in's two outputs, along the smooth phase of their beat.
+/// The two outputs of a lock-in, along the smooth phase of their beat.
 fn lock_in(
     samples: &Samples,
     quadrature: &[f64],
@@ -127,7 +128,7 @@ fn lock_in(
     })
 }
 
-/// Smooth phases of a lock-in's blocks: the law of the oscillation's phase less that of a reference at
+/// Smooth phases of a lock-in's blocks: the phase law of the oscillation minus the phase of a reference at
 /// `omega`, whichever of the two is faster.
 fn beat_phases(points: &[Block], omega: f64, noise_rms: f64, criteria: &PhaseCriteria) -> Vec<f64> {
     let Some(origin) = points.first().map(|b| b.time_s) else { return Vec::new() };
@@ -141,14 +142,14 @@ fn beat_phases(points: &[Block], omega: f64, noise_rms: f64, criteria: &PhaseCri
     }
 }
 
-/// Ranges of equal length that hold all samples but the last few.
+/// Ranges of equal length that contain all samples except possibly the last few.
 fn ranges(samples: &Samples, most: usize) -> impl Iterator<Item = Range<usize>> {
     let n = samples.len();
     let width = n.div_ceil(most).max(1);
     (0..n).step_by(width).map(move |first| first..first + width).filter(move |r| r.end <= n)
 }
 
-/// A block of independent samples whose mean is its amplitude.
+/// A block of independent samples; its amplitude will be their mean.
 fn empty_block(samples: &Samples, range: &Range<usize>) -> Block {
     let time = &samples.time[range.clone()];
     let count = range.len() as f64;
@@ -168,8 +169,7 @@ fn time_variance(blocks: &[Block]) -> f64 {
         .map_or(0.0, |b| b.span_s.powi(2) * (b.dof + 1.0) / (b.dof - 1.0) / 12.0)
 }
 
-/// Angular frequency behind the amplitudes; where unknown one so high that only the loss rate
-/// matters.
+/// Angular frequency of the oscillation; if unknown, a value so high that only the loss rate matters.
 fn angular_frequency(samples: &Samples, options: &Options) -> f64 {
     options.frequency_hz.map_or(1e6 * samples.len() as f64 / samples.duration(), |f| TAU * f)
 }
@@ -186,8 +186,8 @@ mod tests {
     use crate::ringdown::{EndReason, Options, analyse};
     use crate::{Parameter, Record, SignalKind};
 
-    /// A lock-in at 20 dB, its reference a little off, followed into the noise: phases that follow the noise
-    /// would make the amplitudes fall as friction does.
+    /// A lock-in at 20 dB, with a slight frequency offset of its reference, followed into the noise: phases
+    /// that follow the noise would make the amplitudes fall as friction does.
     #[test]
     fn noise_in_the_phase_of_a_lock_in_is_no_friction() {
         let (samples, decay_times, noise) = (1145, 3.0, 0.07);
@@ -225,7 +225,7 @@ mod tests {
                 assert_eq!(error.hints(Analysis::Ringdown)[0], advice, "{friction} {noise}");
             }
         }
-        // A level that falls to both sides of zero, one that rests, and one that swings about a level.
+        // A level that falls through zero, a constant level, and a rising level.
         for other in [
             &|i: usize, t: f64| falls(t, 0.0) - 4.0 + 0.05 * jitter(i, 7),
             &|i: usize, _: f64| 5.0 + 0.05 * jitter(i, 7),
@@ -238,8 +238,8 @@ mod tests {
         assert!(told(&|_, t| 20.0 + falls(t, 0.0) * (6.0 * t).cos()).is_none());
     }
 
-    /// Many amplitudes a block, at 35 dB, long after friction has stopped the motion: what they read of noise is no decay that
-    /// goes on more slowly.
+    /// Many amplitudes per block, at 35 dB, long after friction has stopped the motion: the readings due to
+    /// noise must not be taken for a slower decay.
     #[test]
     fn the_noise_after_a_stop_is_no_slow_tail() {
         let (samples, noise) = (54_000, 0.017);
@@ -261,7 +261,8 @@ mod tests {
         assert!((0..12).filter(|repeat| misses(*repeat)).count() <= 3);
     }
 
-    /// Amplitudes at 20 dB, followed far into the noise, the last one twice the level of the rest: one in twenty is.
+    /// Amplitudes at 20 dB, followed far into the noise; the last one is twice the level of the rest, as is
+    /// one in twenty.
     #[test]
     fn the_rest_of_an_envelope_is_no_part_of_its_fall() {
         let (samples, share, noise) = (286, 0.25, 0.1);

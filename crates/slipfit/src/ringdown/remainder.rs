@@ -1,4 +1,4 @@
-//! What a fitted motion leaves of the samples: the fundamental of each block, the density of the noise, a third harmonic.
+//! Residuals of a fitted motion: the fundamental of each block, the density of the noise, and harmonics.
 
 use super::criteria::Criteria;
 use super::envelope::{A0, law_of};
@@ -11,37 +11,37 @@ use crate::signal::blocks::{self, Block};
 use crate::signal::noise_density::density_near;
 use std::f64::consts::TAU;
 
-/// What is left in the residuals of the blocks.
+/// Residual statistics of the blocks.
 pub(super) struct Remainder {
-    /// Data less model, sample by sample.
+    /// Residuals (data minus model), sample by sample.
     pub(super) residual: Vec<f64>,
     pub(super) in_phase: Fundamental,
     quadrature: Fundamental,
     /// Variance of the residuals.
     pub(super) variance: f64,
-    /// Density of all residuals about the frequency of the motion over that of white noise, less its
-    /// own standard error.
+    /// Ratio of the spectral density of all residuals near the frequency of the motion to that of white
+    /// noise, minus its standard error.
     coloured: f64,
-    /// The same beside its harmonics.
+    /// The same ratio at the harmonics of the motion.
     coloured_at_harmonics: f64,
-    /// Variance of white noise with the density that they have at the lowest frequencies.
+    /// Variance of white noise with the spectral density that the residuals have at the lowest frequencies.
     pub(super) low_frequency: f64,
 }
 
-/// The fundamental left in the residuals of the blocks, of one phase.
+/// Residual fundamental of the blocks, in one phase.
 pub(super) struct Fundamental {
-    /// Its variance over that of white noise.
+    /// Ratio of its variance to that of white noise.
     pub(super) excess: f64,
-    /// Degrees of freedom of that.
+    /// Degrees of freedom of that ratio.
     pub(super) freedom: f64,
-    /// From block to block.
+    /// Autocorrelation between neighbouring blocks.
     pub(super) autocorrelation: f64,
     blocks: usize,
 }
 
 impl Fundamental {
     fn new(left: &[f64], variance: f64) -> Self {
-        // The parameters already took their share of these blocks.
+        // The fitted parameters already absorbed their share of the variance of these blocks.
         let freedom = (left.len() as f64 - 3.0).max(1.0);
         Self {
             excess: left.iter().map(|s| s * s).sum::<f64>() / freedom / variance.max(f64::MIN_POSITIVE),
@@ -51,7 +51,7 @@ impl Fundamental {
         }
     }
 
-    /// By which the variance of the parameters exceeds that under white noise.
+    /// Factor by which the variance of the parameters exceeds that under white noise (variance inflation).
     fn variance_inflation(&self, significance: f64) -> f64 {
         let white = 1.0 + significance * (2.0 / self.blocks.max(1) as f64).sqrt();
         let excess = if self.excess > white { self.excess } else { 1.0 };
@@ -78,7 +78,7 @@ impl Remainder {
         }
     }
 
-    /// [`variance_inflation`](Self::variance_inflation) where the phase walks as well.
+    /// [`variance_inflation`](Self::variance_inflation), including the effect of a wandering phase.
     pub(super) fn variance_inflation_beside(
         &self,
         wandering: Option<WanderingPhase>,
@@ -88,9 +88,10 @@ impl Remainder {
         self.variance_inflation(criteria).max(walked)
     }
 
-    /// By which the variance of the parameters exceeds that under white noise.
+    /// Factor by which the variance of the parameters exceeds that under white noise (variance inflation).
     ///
-    /// In few swings a wandering phase biases the losses too: its excess variance counts where it is significant.
+    /// In few cycles a wandering phase biases the losses too: its excess variance is included if it is
+    /// significant.
     fn variance_inflation(&self, criteria: &Criteria) -> f64 {
         let significance = criteria.inference.excess_significance;
         let in_phase = self.in_phase.variance_inflation(significance);
@@ -100,8 +101,8 @@ impl Remainder {
     }
 }
 
-/// Fundamental left in the residual of each block inside the window that begins with sample
-/// `first`, in phase and in quadrature, scaled so that white noise gives each its own variance.
+/// Residual fundamental of each block inside the window that begins with sample `first`, in phase and in
+/// quadrature, scaled such that white noise gives each component the variance of a sample.
 pub(crate) fn remaining_fundamental(
     problem: &Waveform,
     first: usize,
@@ -117,24 +118,26 @@ pub(crate) fn remaining_fundamental(
         .collect()
 }
 
-/// Blocks inside a window of `n` samples that begins with sample `first`, counted from there.
+/// Blocks inside a window of `n` samples that begins with sample `first`, with indices relative to it.
 fn inside(first: usize, n: usize, blocks: &[Block]) -> Vec<Block> {
     let within = blocks.iter().filter(|b| b.first >= first && b.end <= first + n);
     within.map(|b| Block { first: b.first - first, end: b.end - first, ..*b }).collect()
 }
 
-/// Harmonics left beside the motion, in standard errors.
+/// Residual harmonics of the motion, in standard errors.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Harmonics {
-    /// Second and third in phase, as far as they fall as the square and the cube of the amplitude.
+    /// Second and third harmonic in phase, with components that fall as the square and the cube of the
+    /// amplitude.
     pub(crate) in_phase: [f64; 2],
-    /// Third in quadrature, as far as it stays while the amplitude falls; none where it rather falls in proportion.
+    /// Third harmonic in quadrature with an amplitude that stays constant as the motion falls; zero if a
+    /// proportional one fits better.
     pub(crate) steady: f64,
-    /// The same in the unit of the signal.
+    /// The amplitude of the latter, in the unit of the signal.
     pub(crate) steady_amplitude: f64,
 }
 
-/// Harmonics left beside the motion; `None` of fewer samples a cycle than `samples_per_cycle`.
+/// Residual harmonics of the motion; `None` if there are fewer than `samples_per_cycle` samples per cycle.
 pub(super) fn harmonics(
     problem: &Waveform,
     first: usize,
@@ -150,7 +153,7 @@ pub(super) fn harmonics(
     }
     let inside = inside(first, n, blocks);
     let law = law_of(p, p[OMEGA]);
-    // Relative amplitude and what is left of a harmonic, block by block.
+    // Relative amplitude and residual harmonic, block by block.
     let order = |order: i32| {
         let times = f64::from(order);
         let multiple = |b: &Block| {
@@ -162,13 +165,13 @@ pub(super) fn harmonics(
         let left = blocks::demodulate(problem.time, &left.residual, &inside, &phases);
         left.into_iter().map(|b| (relative(&b), b)).collect::<Vec<(f64, Block)>>()
     };
-    // Noise that is stronger at low frequencies, or in large swings, makes harmonics of its own.
+    // Noise that is stronger at low frequencies, or at large amplitudes, produces apparent harmonics.
     let coloured = left.coloured_at_harmonics.max(1.0);
     let variance_in = |b: &Block| {
         let residual = &left.residual[b.first..b.end];
         sum_of(residual, |r| r * r) / residual.len().max(1) as f64
     };
-    // The part that goes with a power of the amplitude, and its standard error.
+    // The component proportional to a power of the amplitude, and its standard error.
     let part = |blocks: &[(f64, Block)], power: i32, of: fn(&Block) -> f64| {
         let (mut along, mut square, mut scatter) = (0.0, 0.0, 0.0);
         for (relative, b) in blocks {

@@ -1,4 +1,4 @@
-//! The samples under analysis: the part of the record and the band that are asked for.
+//! The samples under analysis: the requested part of the record, in the requested band.
 
 use super::criteria::Criteria;
 use super::options::Options;
@@ -14,53 +14,55 @@ use crate::{Clock, Error, Record, SignalKind};
 use std::borrow::Cow;
 use std::ops::Range;
 
-/// Scales between which squares of squares can be summed.
+/// Range of scales in which fourth powers can be summed.
 const REPRESENTABLE: std::ops::RangeInclusive<f64> = 1e-60..=1e60;
-/// Differences below this part of the range are rounding, not steps of a converter.
+/// Differences below this fraction of the range are rounding errors, not steps of a converter.
 const ROUNDING: f64 = 1e-9;
-/// Samples looked at for the steps of a converter.
+/// Number of samples examined for the steps of a converter.
 const STEP_SAMPLES: usize = 2000;
 
-/// Stamps and samples under analysis.
+/// Time stamps and samples under analysis.
 #[derive(Debug, Clone)]
 pub(crate) struct Samples<'a> {
     pub(crate) time: Cow<'a, [f64]>,
     pub(crate) signal: Cow<'a, [f64]>,
     pub(crate) observable: Observable,
     pub(crate) quadrature: Option<Cow<'a, [f64]>>,
-    /// Variance of the noise about the frequency of the motion over that inside single cycles, where an
-    /// earlier look has shown more; else 1.
+    /// Ratio of the noise variance near the frequency of the motion to that inside single cycles, if an
+    /// earlier analysis has found an excess; otherwise 1.
     pub(crate) noise_inflation: f64,
-    /// Instants of the spikes and lost samples left out, s.
+    /// Times of the spikes and dropouts left out, s.
     pub(crate) spikes_s: Vec<f64>,
-    /// Whether the level of a rest is that at which friction holds the mass; not where a baseline was subtracted.
+    /// Whether the level of a rest is that at which friction holds the mass; false if a baseline was
+    /// subtracted.
     pub(crate) level_known: bool,
-    /// What a filter has let through a band alone.
+    /// Which part of the samples was band-pass filtered.
     pub(crate) filtered: Filtered,
-    /// A rest behind these, in which the steps of the converter hide the motion.
+    /// A rest after these samples in which the steps of the converter hide the motion.
     pub(crate) rest: Option<UnresolvedRest<'a>>,
 }
 
-/// What of the samples lies within a band of frequencies alone.
+/// The part of the samples that was filtered to a frequency band.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Filtered {
     Nothing,
-    /// All of them: the filter has smeared the ends of the motion, its turns and its stop.
+    /// All of them: the filter has smeared the ends of the motion, its turning points and its stop.
     Motion,
-    /// What is beside the motion. White noise of this root mean square has the density of the noise in the band.
+    /// Everything except the motion. White noise with this root mean square has the density of the noise in
+    /// the band.
     Noise {
         rms: f64,
     },
 }
 
-/// Stamps and samples of a rest that is not analysed.
+/// Time stamps and samples of a rest that is not analysed.
 #[derive(Debug, Clone)]
 pub(crate) struct UnresolvedRest<'a> {
     time: Cow<'a, [f64]>,
     signal: Cow<'a, [f64]>,
 }
 
-/// What the samples of a record show of its motion; the amplitudes of others are those of a displacement.
+/// The observable that a record of this kind shows; amplitude records count as displacements.
 fn observable(kind: SignalKind) -> Observable {
     match kind {
         SignalKind::Velocity => Observable::Velocity,
@@ -70,7 +72,7 @@ fn observable(kind: SignalKind) -> Observable {
 }
 
 impl<'a> Samples<'a> {
-    /// The part of the record between `start_s` and `end_s` without its spikes and lost samples.
+    /// The part of the record between `start_s` and `end_s` without its spikes and dropouts.
     pub(crate) fn prepare(record: &'a Record, options: &Options, criteria: &Criteria) -> Result<Self, Error> {
         let mut samples = Self::between(record, options.start_s, options.end_s)?;
         if record.kind().oscillates() {
@@ -85,7 +87,7 @@ impl<'a> Samples<'a> {
         Ok(samples)
     }
 
-    /// The same inside a band of frequencies.
+    /// The same samples, filtered to a frequency band.
     pub(crate) fn within_band(&self, band_hz: [f64; 2]) -> Result<Samples<'_>, Error> {
         let signal = Cow::Owned(spectrum::band_pass(&self.time, &self.signal, band_hz));
         let samples = Samples { signal, filtered: Filtered::Motion, ..self.borrowed() };
@@ -125,7 +127,7 @@ impl<'a> Samples<'a> {
         })
     }
 
-    /// The same samples, which take no memory to copy.
+    /// The same samples without copying the data.
     pub(crate) fn borrowed(&self) -> Samples<'_> {
         Samples {
             time: Cow::Borrowed(&self.time),
@@ -140,7 +142,7 @@ impl<'a> Samples<'a> {
         }
     }
 
-    /// Some of the samples.
+    /// A range of the samples.
     pub(crate) fn part(&self, range: Range<usize>) -> Self {
         let to_the_end = range.end == self.len();
         let cut = |column: &Cow<'a, [f64]>| part_of(column, range.clone());
@@ -157,7 +159,7 @@ impl<'a> Samples<'a> {
         }
     }
 
-    /// Takes a rest that the converter does not resolve out of the samples.
+    /// Separates a rest that the converter does not resolve from the samples.
     fn leave_unresolved(&mut self, criteria: &Criteria) {
         if !may_be_unresolved(&self.signal, &criteria.resolution) {
             return;
@@ -171,13 +173,14 @@ impl<'a> Samples<'a> {
         }
     }
 
-    /// That a rest follows, without its samples: what is subtracted or straightened here is not there.
+    /// A marker that a rest follows, without its samples, for samples from which something was subtracted or
+    /// that were straightened.
     pub(crate) fn rest_alone(&self) -> Option<UnresolvedRest<'a>> {
         let none = || Cow::Owned(Vec::new());
         self.rest.as_ref().map(|_| UnresolvedRest { time: none(), signal: none() })
     }
 
-    /// The samples with the rest behind them.
+    /// The samples together with the rest after them.
     pub(crate) fn with_rest(&self) -> Cow<'_, Self> {
         let Some(rest) = &self.rest else { return Cow::Borrowed(self) };
         let joined = |column: &[f64], rest: &[f64]| Cow::Owned([column, rest].concat());
@@ -185,7 +188,7 @@ impl<'a> Samples<'a> {
         Cow::Owned(Self { time, signal, rest: None, ..self.clone() })
     }
 
-    /// Leaves out some of the samples, ascending.
+    /// Removes samples by their indices, which are ascending.
     fn leave_out(&mut self, left_out: &[usize]) {
         if left_out.is_empty() {
             return;
@@ -201,7 +204,8 @@ impl<'a> Samples<'a> {
         self.quadrature = self.quadrature.as_deref().map(|q| Cow::Owned(kept(q)));
     }
 
-    /// Noise of a sample, by what the blocks leave of themselves; within a band that leaves nothing inside a block.
+    /// Noise of a sample from the residuals within the blocks; with filtered noise, which has none there, the
+    /// stored value.
     pub(crate) fn noise_rms(&self, blocks: &[Block]) -> f64 {
         match self.filtered {
             Filtered::Noise { rms } => rms,
@@ -218,8 +222,8 @@ impl<'a> Samples<'a> {
         self.time[self.time.len() - 1] - self.time[0]
     }
 
-    /// Smallest step between different values where many repeat: that of the converter. Zero
-    /// where more than `distinct_values` of the samples differ.
+    /// Smallest difference between distinct values, i.e. the step of the converter, if many values repeat.
+    /// Zero if more than the fraction `distinct_values` of the samples are distinct.
     pub(crate) fn converter_step(&self, distinct_values: f64) -> f64 {
         let stride = (self.signal.len() / STEP_SAMPLES).max(1);
         let mut values: Vec<f64> = self.signal.iter().step_by(stride).copied().collect();
@@ -261,21 +265,21 @@ fn part_of<'a>(column: &Cow<'a, [f64]>, range: Range<usize>) -> Cow<'a, [f64]> {
     }
 }
 
-/// A lower bound of the number of different values: that of their marks in a table of [`MARKS`].
-/// It saves most records the sorting.
+/// A lower bound of the number of distinct values: the number of their marks in a table of [`MARKS`]. For
+/// most records it makes sorting unnecessary.
 fn distinct_at_least(values: &[f64]) -> usize {
     let mut marked = [0u64; MARKS / 64];
     for v in values {
-        // Zeros of both signs are one value.
+        // Zeros of both signs count as one value.
         let hash = (v + 0.0).to_bits().wrapping_mul(SPREAD) >> (64 - MARKS.ilog2());
         marked[hash as usize / 64] |= 1 << (hash % 64);
     }
     marked.iter().map(|m| m.count_ones() as usize).sum()
 }
 
-/// Marks that values are spread over: several for each of [`STEP_SAMPLES`].
+/// Size of the table of marks, several times [`STEP_SAMPLES`].
 const MARKS: usize = 1 << 14;
-/// Odd factor that spreads the bits of a number (Knuth's multiplicative hashing by the golden section).
+/// Odd factor that spreads the bits of a number (Knuth's multiplicative hashing with the golden ratio).
 const SPREAD: u64 = 0x9e37_79b9_7f4a_7c15;
 
 /// Index of the first sample at or after a time.
