@@ -1,4 +1,4 @@
-//! A second mode found and subtracted, where two modes describe a record and one does not.
+//! Detection and subtraction of a second mode, if two modes describe a record and one does not.
 
 use super::criteria::{Criteria, TwoModesCriteria};
 use super::samples::Samples;
@@ -12,15 +12,17 @@ use std::borrow::Cow;
 use std::f64::consts::{E, TAU};
 use std::ops::Range;
 
-/// Rounds in which the second mode is fitted to what the motion leaves, and the motion without it.
+/// Rounds of fitting the second mode to the residuals of the motion, and the motion to the samples without
+/// it.
 const ROUNDS: usize = 2;
 
-/// The answer about the stronger of two modes, `refit` to the samples less the weaker one. `None`
-/// where one mode is enough or a second explains too little of what it leaves.
+/// The answer for the stronger of two modes, obtained by `refit` of the samples minus the weaker one. `None`
+/// if one mode is sufficient or if a second one explains too little of its residuals.
 ///
-/// Beats look like friction: the amplitude falls to zero in finite time. Two viscous modes are
-/// therefore a rival of every law of one amplitude wherever such a law leaves more than the noise.
-/// The stronger mode then keeps its own law, friction included: `in_the_end` by further laws than those of `refit`.
+/// Beats resemble friction: the amplitude falls to zero in finite time. Two viscous modes are therefore
+/// compared with every law of one amplitude whose residuals exceed the noise. The stronger mode then keeps
+/// its own law, friction included; with `in_the_end`, further laws than those of `refit` are used for the
+/// final answer.
 pub(crate) fn without_second_mode<'a>(
     samples: &Samples<'a>,
     answer: &Answer,
@@ -33,7 +35,7 @@ pub(crate) fn without_second_mode<'a>(
         return None;
     }
     let decay = window(samples, answer);
-    // Beats look like the start of a decay at each of their maxima.
+    // Each maximum of a beat resembles the start of a decay.
     let largest = answer.envelope.iter().max_by(|a, b| a.amplitude.total_cmp(&b.amplitude))?;
     let is_first_block = answer.envelope.first() == Some(largest);
     let first = if is_first_block { 0 } else { samples.time.partition_point(|t| *t < largest.time_s) };
@@ -90,7 +92,7 @@ pub(crate) fn without_second_mode<'a>(
     earlier.filter(|a| length_s(a) > longer_s(so_far)).or(found)
 }
 
-/// An answer about a `part` of a record's samples with the reasons that the record has for its ends.
+/// Replaces the start and end reasons of an answer for a `part` of the samples by those of the record.
 fn with_reasons_of_record(
     mut found: Answer,
     one_mode: &Answer,
@@ -108,7 +110,8 @@ fn with_reasons_of_record(
     found
 }
 
-/// The motion with the second mode subtracted and that mode beside the motion, by turns.
+/// Alternates between fitting the motion with the second mode subtracted and fitting that mode to the
+/// residuals.
 pub(crate) fn refine<'a>(
     part: &Samples<'a>,
     mut second: ViscousMode,
@@ -117,7 +120,7 @@ pub(crate) fn refine<'a>(
 ) -> Option<Answer> {
     let without = |second: ViscousMode| refit(without_mode(part, second));
     let mut answer = without(second)?;
-    // Phases fitted block by block contain part of the second mode: what is left lacks it.
+    // Phases fitted block by block contain part of the second mode, which is then missing in the residuals.
     let rounds = if answer.diagnostics.method == WAVEFORM { ROUNDS } else { 0 };
     for _ in 0..rounds {
         let (time_s, remaining) = remaining(part, &answer);
@@ -131,7 +134,7 @@ pub(crate) fn refine<'a>(
     Some(with_modes(answer, second))
 }
 
-/// The samples less a mode.
+/// The samples minus a mode.
 fn without_mode<'a>(part: &Samples<'a>, mode: ViscousMode) -> Samples<'a> {
     let mut rest = Samples { rest: part.rest_alone(), ..part.clone() };
     rest.signal =
@@ -142,7 +145,7 @@ fn without_mode<'a>(part: &Samples<'a>, mode: ViscousMode) -> Samples<'a> {
 pub(super) fn main_mode(answer: &Answer) -> Option<MainMode> {
     let [start_s, end_s] = answer.fit.range_s();
     let e_fold = |t: f64| answer.fit.amplitude_at(start_s + t) < answer.fit.amplitude_at(start_s) / E;
-    // The rate that the motion has on average down to 1/e: at a stop it grows beyond bounds.
+    // The average decay rate down to 1/e; at a stop the local rate diverges.
     let decay_rate = if e_fold(end_s - start_s) {
         1.0 / border(end_s - start_s, 0.0, e_fold).0
     } else {
@@ -166,13 +169,13 @@ fn window(samples: &Samples, answer: &Answer) -> Range<usize> {
     samples.time.partition_point(|t| *t < from_s)..samples.time.partition_point(|t| *t <= to_s)
 }
 
-/// What the motion of an answer leaves of the samples in its window, with their times.
+/// Residuals of the motion of an answer in its window, with their times.
 fn remaining(samples: &Samples, answer: &Answer) -> (Vec<f64>, Vec<f64>) {
     let range = window(samples, answer);
     seen(&samples.time[range.clone()], &residuals(samples, range, answer))
 }
 
-/// What the motion of an answer leaves of some samples; NaN where it says nothing.
+/// Residuals of the motion of an answer for some of the samples; NaN where the motion is undefined.
 fn residuals(samples: &Samples, range: Range<usize>, answer: &Answer) -> Vec<f64> {
     let pairs = samples.time[range.clone()].iter().zip(&samples.signal[range]);
     pairs.map(|(&t, x)| x - answer.fit.signal_at(t)).collect()
@@ -182,8 +185,8 @@ fn seen(time_s: &[f64], residuals: &[f64]) -> (Vec<f64>, Vec<f64>) {
     time_s.iter().zip(residuals).filter(|(_, x)| x.is_finite()).unzip()
 }
 
-/// Whether the second mode explains most of what one mode leaves above the noise, or describes a much
-/// longer decay as well.
+/// Whether the second mode explains most of the residuals of one mode above the noise, or whether both
+/// together describe a much longer decay.
 fn explains(
     left_by_one: &[f64],
     left_by_two: &[f64],
@@ -201,7 +204,7 @@ fn explains(
         && (longer || by_one - by_two > c.explained * (by_one - noise))
 }
 
-/// The answer with both modes named and drawn.
+/// The answer with both modes reported and included in the fitted signal.
 fn with_modes(mut answer: Answer, second: ViscousMode) -> Answer {
     let unit = &answer.signal_unit;
     let [omega, decay_rate, amplitude] = second.std_errors;

@@ -1,51 +1,55 @@
-//! Sensor curve: a reading that bends with the deflection.
+//! Sensor curve: a reading that is a nonlinear function of the deflection.
 
 use std::f64::consts::FRAC_PI_2;
 
-/// Steps of Newton's method that straighten a reading.
+/// Maximum number of Newton steps for straightening a reading.
 const STEPS: usize = 30;
-/// Points of a quarter of a cycle by which a harmonic is integrated.
+/// Number of points per quarter cycle for the integration of a harmonic.
 const POINTS: usize = 16;
 
-/// `s = c + x + q x² + k x³/(1 + r x²)`: what a sensor reads of a displacement `x` off the place `c` of rest.
+/// `s = c + x + q x² + k x³/(1 + r x²)`: the reading of a sensor for a displacement `x` from the rest
+/// position `c`.
 ///
-/// A tracker that sees `L sin θ` of a pendulum has `k = -1/(6 L²)`, and `r = 1/(20 L²)`, which shows from some 50° on; a
-/// reading `tanh(g x)/g` has `k = -g²/3` and `r = 2g²/5` (Padé approximants, right to 0.1 % for `θ` and `g x` up to 1). With
-/// `x = A cos φ` and `r = 0` the third harmonic is `k A³/4`, and the fundamental `A + 3 k A³/4`: an amplitude that is read
-/// too small where it is large looks like friction.
+/// A tracker that sees `L sin θ` of a pendulum has `k = -1/(6 L²)` and `r = 1/(20 L²)`; the latter is
+/// noticeable above about 50°. A reading `tanh(g x)/g` has `k = -g²/3` and `r = 2g²/5` (Padé approximants,
+/// accurate to 0.1 % for `θ` and `g x` up to 1). With `x = A cos φ` and `r = 0` the third harmonic is `k
+/// A³/4`, and the fundamental `A + 3 k A³/4`: a reading that is too small at large amplitudes resembles
+/// friction.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SensorCurve {
     /// Reading at rest c, signal unit.
     pub centre: f64,
-    /// Quadratic coefficient q, one over the signal unit; zero where the samples show none.
+    /// Quadratic coefficient q, one over the signal unit; zero if the samples show none.
     pub quadratic: f64,
-    /// Cubic coefficient k, one over the signal unit squared; zero where the samples show none.
+    /// Cubic coefficient k, one over the signal unit squared; zero if the samples show none.
     pub cubic: f64,
-    /// Standard error of the cubic coefficient, which the errors of the parameters count.
+    /// Standard error of the cubic coefficient, which is included in the errors of the parameters.
     pub cubic_std_error: f64,
-    /// Coefficient r by which the cubic term saturates, one over the signal unit squared; zero where k is not negative.
+    /// Saturation coefficient r of the cubic term, one over the signal unit squared; zero unless k is
+    /// negative.
     pub saturation: f64,
-    /// Its standard error, which counts likewise; zero where k is not negative.
+    /// Its standard error, which is included likewise; zero unless k is negative.
     pub saturation_std_error: f64,
 }
 
 impl SensorCurve {
-    /// The reading at a straightened value.
+    /// The reading for a straightened value.
     pub(crate) fn reading(&self, straight: f64) -> f64 {
         let x = straight - self.centre;
         let [by_cubic, _] = self.by_odd(x);
         straight + x * x * self.quadratic + self.cubic * by_cubic
     }
 
-    /// Derivatives of the reading at `x` off the centre by the cubic coefficient and by that of saturation.
+    /// Derivatives of the reading at `x` from the centre with respect to the cubic and the saturation
+    /// coefficient.
     pub(super) fn by_odd(&self, x: f64) -> [f64; 2] {
         let by_cubic = x * x * x / (1.0 + self.saturation * x * x);
         [by_cubic, -self.cubic * x * x / (1.0 + self.saturation * x * x) * by_cubic]
     }
 
-    /// Slope of the odd part.
+    /// Slope of the odd part of the curve.
     pub(super) fn odd_slope(&self, x: f64) -> f64 {
         let r = self.saturation * x * x;
         1.0 + self.cubic * x * x * (3.0 + r) / ((1.0 + r) * (1.0 + r))
@@ -60,7 +64,7 @@ impl SensorCurve {
         2.0 * (0..POINTS).map(at).sum::<f64>() / POINTS as f64
     }
 
-    /// The straightened value of a reading; `None` where the curve does not rise up to there.
+    /// The straightened value of a reading; `None` if the curve does not increase up to there.
     pub(super) fn straightened(&self, reading: f64) -> Option<f64> {
         let mut x = reading - self.centre;
         for _ in 0..STEPS {
@@ -90,7 +94,7 @@ mod tests {
             let straight = curve.straightened(curve.reading(x)).expect("it rises");
             assert!((straight - x).abs() < 1e-14);
         }
-        // Beyond its highest reading.
+        // A reading above the maximum of the curve.
         let falling = SensorCurve { cubic: -1.0, ..Default::default() };
         assert_eq!(falling.straightened(5.0), None);
     }

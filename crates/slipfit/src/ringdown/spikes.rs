@@ -1,23 +1,24 @@
-//! Spikes, single samples far off the motion that their neighbours show, and lost samples.
+//! Spikes (single samples far from the motion shown by their neighbours) and dropouts.
 
 use super::criteria::SpikeCriteria;
 use crate::numeric::robust::deviation;
 use crate::numeric::{extremes, sum_of};
 
-/// Samples judged together: the noise and the size of the motion change along a record.
+/// Number of samples judged together, since noise and motion change along a record.
 const WINDOW: usize = 256;
-/// Square of the largest deviation over the mean square in a window from which on it may be a spike; one window of
-/// normal noise in 400.
+/// Ratio of the squared largest deviation to the mean square in a window above which it may be a spike;
+/// exceeded in one of 400 windows of normal noise.
 const GATE: f64 = 20.0;
-/// Neighbours on either side that tell where a sample should lie.
+/// Number of neighbours on either side that predict a sample.
 const REACH: usize = 2;
 
-/// The samples that show no motion, ascending: spikes, none where they are many, since what happens again and again is
-/// part of the motion or of its sensor; and lost samples.
+/// The indices of samples that do not show the motion, ascending: spikes and dropouts. Frequent deviations
+/// are not counted as spikes, since they are part of the motion or of its sensor.
 ///
-/// Several spikes with one value to the last digit tell the value that stands for a lost sample, wherever it occurs: a
-/// dropout to zero is far off an early swing and hides in a late one, which it makes smaller as friction does. Where
-/// values repeat by themselves, in the steps of a converter, they tell nothing.
+/// If several spikes have exactly the same value, this value marks a dropout wherever it occurs: a dropout to
+/// zero lies far from the motion at large amplitude but is hidden at small amplitude, where it reduces the
+/// amplitude as friction does. If values repeat anyway, as with the steps of a converter, they carry no such
+/// information.
 pub(crate) fn not_of_the_motion(
     time: &[f64],
     signal: &[f64],
@@ -41,7 +42,7 @@ pub(crate) fn not_of_the_motion(
     spikes
 }
 
-/// The value that most of some samples have, at least so many.
+/// The most frequent value of the given samples, if it occurs at least `least` times.
 fn repeated_value(signal: &[f64], samples: &[usize], least: usize) -> Option<f64> {
     let mut values: Vec<f64> = samples.iter().map(|i| signal[*i]).collect();
     values.sort_unstable_by(f64::total_cmp);
@@ -49,11 +50,12 @@ fn repeated_value(signal: &[f64], samples: &[usize], least: usize) -> Option<f64
     runs.max_by_key(|run| run.len()).filter(|run| run.len() >= least).map(|run| run[0])
 }
 
-/// The spikes among the samples, ascending.
+/// The indices of the spikes among the samples, ascending.
 ///
-/// A sample between neighbours two on either side lies near `(4 (x₋₁ + x₊₁) - (x₋₂ + x₊₂))/6`, which a cubic does
-/// exactly. A spike is off by many deviations of what its surroundings are off by, and off both of its neighbours, to
-/// the same side, by more than these are off theirs: a step and the crest of a wave are not.
+/// A sample with two neighbours on either side is close to `(4 (x₋₁ + x₊₁) - (x₋₂ + x₊₂))/6`, which is exact
+/// for a cubic. A spike deviates from this by many times the typical deviation of its surroundings. It also
+/// differs from both of its neighbours in the same direction, by more than these differ from theirs, unlike a
+/// step or the crest of a wave.
 fn spikes(time: &[f64], signal: &[f64], criteria: &SpikeCriteria) -> Vec<usize> {
     let n = signal.len();
     let mut found = Vec::new();
@@ -82,26 +84,27 @@ fn spikes(time: &[f64], signal: &[f64], criteria: &SpikeCriteria) -> Vec<usize> 
     found
 }
 
-/// How far the middle one of five samples lies off the cubic through the others.
+/// Deviation of the middle one of five samples from the cubic through the others.
 fn off_neighbours(row: &[f64]) -> f64 {
     row[2] - (4.0 * (row[1] + row[3]) - (row[0] + row[4])) / 6.0
 }
 
-/// Least deviation of a spike among some samples: deviations of all, or steps of the converter.
+/// Minimum deviation of a spike among the given samples, in deviations of all or in steps of the converter.
 fn least_spike(signal: &[f64], off: &[f64], criteria: &SpikeCriteria) -> f64 {
     let noise = deviation(off.iter().copied()).unwrap_or(f64::INFINITY);
     let steps = signal.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|step| *step > 0.0);
     criteria.deviations * noise.max(steps.fold(f64::INFINITY, f64::min))
 }
 
-/// Whether the middle one of five samples lies off both neighbours to one side, by more than these lie off theirs.
+/// Whether the middle one of five samples lies on one side of both neighbours, by more than these differ from
+/// theirs.
 fn stands_out(row: &[f64], least: f64) -> bool {
     let (left, right) = (row[2] - row[1], row[2] - row[3]);
     let beside = (row[1] - row[0]).abs().max((row[3] - row[4]).abs());
     left * right > 0.0 && left.abs().min(right.abs()) > least.max(beside)
 }
 
-/// Whether the steps between stamps are alike.
+/// Whether the intervals between time stamps are nearly equal.
 fn is_even(time: &[f64], range: f64) -> bool {
     let steps = || time.windows(2).map(|w| w[1] - w[0]);
     let (least, most) = (steps().fold(f64::INFINITY, f64::min), steps().fold(0.0, f64::max));
@@ -123,7 +126,7 @@ mod tests {
         (0..3000).map(|i| 0.02 * f64::from(i)).collect()
     }
 
-    /// 60 s of a decay that friction ends, its turns sharp in velocity.
+    /// 60 s of a decay ended by friction, with kinks of the acceleration at its turning points.
     fn motion(noise: f64, seed: u64) -> Vec<f64> {
         let oscillator = Oscillator::kinematic(8.0, 0.04, 4e-4).expect("valid");
         let decay = FreeDecay::from_rest(&oscillator, 0.1).expect("valid");
@@ -140,7 +143,7 @@ mod tests {
             let mut signal = motion(noise, 1);
             assert_eq!(left_out(&time(), &signal), [0usize; 0], "noise {noise}");
             SPIKES.iter().for_each(|(i, size)| signal[*i] += size);
-            // The last sample but one has one neighbour too few.
+            // The last sample but one has too few neighbours.
             assert_eq!(left_out(&time(), &signal), [300, 557, 1200], "noise {noise}");
         }
     }
@@ -191,11 +194,11 @@ mod tests {
                 motion(noise, 6).iter().enumerate().map(|(i, x)| if lost(&i) { 0.0 } else { *x }).collect();
             let all: Vec<usize> = (0..signal.len()).filter(lost).collect();
             assert_eq!(left_out(&time(), &signal), all, "noise {noise}");
-            // Zeros of a converter are samples like others.
+            // Zeros of a converter are ordinary samples.
             let found = not_of_the_motion(&time(), &signal, || true, &SpikeCriteria::default());
             assert!(found.len() < all.len(), "{}", found.len());
         }
-        // Zeros in half of the samples are the signal.
+        // If half of the samples are zero, the zeros are part of the signal.
         let half: Vec<f64> =
             motion(1e-3, 7).iter().enumerate().map(|(i, x)| if i % 2 == 0 { 0.0 } else { *x }).collect();
         assert_eq!(left_out(&time(), &half), [0usize; 0]);

@@ -1,4 +1,4 @@
-//! Squared reading: a level that follows the amplitude, as that of the square of a deflection does.
+//! Squared reading: a level that follows the amplitude, as it does for the square of a deflection.
 
 use super::Answer;
 use super::criteria::SquaredReadingCriteria;
@@ -6,19 +6,21 @@ use crate::SignalKind;
 use crate::answer::Warning;
 use crate::inference::least_squares::linear;
 
-/// The acceleration of gravity in m/s² and in units of itself.
+/// The acceleration of gravity in m/s², and in units of g.
 const GRAVITY: [f64; 2] = [9.81, 1.0];
 
-/// The warning about a reading whose level along the decay is a straight line of its amplitude with the slope of a square.
+/// Warns of a reading whose level along the decay is a linear function of its amplitude with the slope of a
+/// square.
 ///
-/// `(A cos φ)² = A²/2 + A²/2 cos 2φ`: the level off the rest is the amplitude. A sensor at the distance `r` from the pivot
-/// of a pendulum that swings as a simple one of length `L` reads along it
+/// `(A cos φ)² = A²/2 + A²/2 cos 2φ`: the level relative to the rest equals the amplitude. A sensor at the
+/// distance `r` from the pivot of a pendulum with the length `L` of the equivalent simple pendulum reads,
+/// along the pendulum,
 ///
 /// ```text
 /// g cos θ + r θ'² = g + g A² (r/2L - 1/4) - g A² (r/2L + 1/4) cos 2φ
 /// ```
 ///
-/// so that the level is `(2r - L)/(2r + L)` of the amplitude, a third where it hangs on strings.
+/// so that the level is `(2r - L)/(2r + L)` times the amplitude: a third for a mass hanging on strings.
 pub(crate) fn squared_reading(
     answer: &Answer,
     kind: SignalKind,
@@ -63,7 +65,8 @@ mod tests {
     use crate::ringdown::{Options, analyse};
     use crate::{Oscillator, Record};
 
-    /// 60 s at 50 samples a second of a swing of 0.3 rad, read as `reading` of angle and angular velocity.
+    /// 60 s at 50 samples per second of a decay from 0.3 rad, read as `reading` of angle and angular
+    /// velocity.
     fn warnings(kind: SignalKind, reading: impl Fn(f64, f64) -> f64, noise: f64) -> Vec<Warning> {
         let oscillator = Oscillator::kinematic(4.4, 0.03, 4e-4).expect("valid");
         let decay = FreeDecay::from_rest(&oscillator, 0.3).expect("valid");
@@ -102,7 +105,7 @@ mod tests {
         assert_eq!(told(displacement, |angle, _| 2.0 + angle * angle, 2e-3), Some(false));
         assert_eq!(told(displacement, |angle, _| 2.0 - angle * angle, 2e-3), Some(false));
         assert_eq!(told(displacement, |angle, _| 2.0 + angle, 2e-3), None);
-        // A mass on a spring with a phone on it, and one whose sensor bends.
+        // A mass on a spring with a phone on it, and one with a nonlinear sensor.
         assert_eq!(told(SignalKind::Acceleration, |angle, _| 9.81 - 19.4 * angle, 0.02), None);
         assert_eq!(told(SignalKind::Acceleration, |angle, _| 9.81 + 9.0 * angle + angle * angle, 0.02), None);
     }

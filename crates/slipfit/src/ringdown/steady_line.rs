@@ -1,5 +1,5 @@
-//! A steady line beside a decay, such as hum of the mains folded to a low frequency: found where the motion has died
-//! away, and subtracted.
+//! A steady line in addition to a decay, such as mains hum aliased to a low frequency: detected after the
+//! motion has decayed, and subtracted.
 
 use super::criteria::SteadyLineCriteria;
 use super::samples::Samples;
@@ -8,11 +8,11 @@ use super::window::StartReason;
 use super::{Answer, Criteria, second_mode};
 use crate::Error;
 
-/// The answer with a steady line subtracted, `refit` to the samples without it, where the record ends with one and the
-/// decay is described better without it; else the answer as it is.
+/// The answer with a steady line subtracted, obtained by `refit` of the samples without it, if the record
+/// ends with such a line and the decay is described better without it; otherwise the answer as given.
 ///
-/// A line is tried only where the decay was refused, begins late or lies in noise beyond that of single cycles: all
-/// that a line which outlasts the motion does to it.
+/// A line is tried only if the decay was refused, begins late or has more noise than single cycles do: these
+/// are the effects of a line that outlasts the motion.
 pub(crate) fn without_steady_line<'a>(
     samples: &Samples<'a>,
     answer: Result<Answer, Error>,
@@ -37,7 +37,7 @@ pub(crate) fn without_steady_line<'a>(
     }
 }
 
-/// Variance of one sample beside the motion.
+/// Variance of one sample about the motion.
 fn noise(answer: &Answer) -> f64 {
     let d = &answer.diagnostics;
     d.noise_rms.powi(2) * d.noise_inflation * d.residual_excess.max(1.0)
@@ -51,7 +51,7 @@ fn better(found: &Answer, before: &Answer, criteria: &SteadyLineCriteria) -> boo
     quiet && (earlier || noise(found) * criteria.noise < noise(before))
 }
 
-/// The line in the last part of the samples, where it is steady and small beside the motion before.
+/// The line in the last part of the samples, if it is steady and small compared with the preceding motion.
 fn at_the_end(samples: &Samples, criteria: &Criteria) -> Option<ViscousMode> {
     let c = &criteria.steady_line;
     let n = samples.len();
@@ -75,7 +75,7 @@ mod tests {
 
     const HUM_HZ: f64 = 1.0;
 
-    /// A decay that friction stops within a third of the record, with hum over all of it.
+    /// A decay stopped by friction within a third of the record, with hum over the whole record.
     fn with_hum(hum: f64, seed: usize) -> Record {
         let oscillator = Oscillator::kinematic(TAU * 1.7, 0.178, 0.0262).expect("valid");
         let decay = FreeDecay::from_rest(&oscillator, 1.0).expect("valid");

@@ -1,4 +1,4 @@
-//! The rest after the motion: when it begins, and where the mass stays.
+//! The rest after the motion: its start, and the position of the mass.
 
 use super::Stop;
 use super::criteria::StopCriteria;
@@ -7,16 +7,17 @@ use super::samples::Samples;
 use crate::signal::blocks::Block;
 use std::f64::consts::TAU;
 
-/// What a fit knows of the end of its motion.
+/// End of the motion according to a fit.
 pub(crate) struct FittedEnd {
-    /// The last turning point, where friction stops the motion.
+    /// Time of the last turning point, if friction stops the motion there.
     pub(crate) last_turn_s: Option<f64>,
-    /// The middle of the oscillation there, and its standard error.
+    /// Centre of the oscillation at that time, and its standard error.
     pub(crate) middle: [f64; 2],
 }
 
-/// The rest after the last block of the decay, if the record goes on and holds still.
-/// `converter_step` is that of the samples, zero if unknown; `rests` where the motion is known to stop in them.
+/// The rest after the last block of the decay, if the record continues and the signal stays constant.
+/// `converter_step` is that of the samples, zero if unknown; `rests` states that the motion is known to stop
+/// in them.
 pub(crate) fn stop(
     samples: &Samples,
     measured: &MeasuredDecay,
@@ -28,7 +29,7 @@ pub(crate) fn stop(
     let [middle, middle_error] = fitted.middle;
     let (time, signal) = (&samples.time[..], &samples.signal[..]);
     let last = measured.points.last()?;
-    // The phase of a strange record may run backwards.
+    // The phase of an unusual record may run backwards.
     let period = TAU / last.omega.abs();
     // A jolt or a second release ends the rest.
     let beyond = criteria.another_motion * last.amplitude.max(measured.noise_rms);
@@ -51,7 +52,7 @@ pub(crate) fn stop(
     let rest = &signal[n - tail..];
     let position = rest.iter().sum::<f64>() / tail as f64;
     let scatter = (rest.iter().map(|v| (v - position).powi(2)).sum::<f64>() / tail as f64).sqrt();
-    // Samples at rest may show less than their noise where the converter rounds it away.
+    // Samples at rest may scatter by less than their noise if the converter rounds it away.
     let deviation = scatter.max(measured.noise_rms.min(criteria.most_deviation * scatter));
     // The tail of a normal distribution is below exp(-z²/2).
     let of_all = (2.0 * ((n - last.end) as f64 / criteria.rest_chance).ln()).sqrt();
@@ -62,7 +63,7 @@ pub(crate) fn stop(
     if moving + 1 >= n || time[n - 1] - time[moving] < criteria.rest_periods * period {
         return None;
     }
-    // A rest is entered within a swing or two; a fading one only sinks below the noise.
+    // A motion that stops reaches the rest within one or two swings; a fading one only falls below the noise.
     let before = time.partition_point(|&t| t < time[moving] - period);
     let swing = signal[before..=moving].iter().map(|v| (v - position).abs()).fold(0.0, f64::max);
     if swing < criteria.last_swing * within && !rests {
@@ -77,8 +78,8 @@ pub(crate) fn stop(
     })
 }
 
-/// The last sample before a silence: a recorder that writes a row when something moves writes
-/// none at rest. After a mere drop-out the swing would go on.
+/// The last sample before a silence: a recorder that writes a row only when something moves writes none at
+/// rest. After a mere dropout the oscillation would continue.
 fn silence(time: &[f64], last: &Block, period: f64, criteria: &StopCriteria) -> Option<usize> {
     let n = time.len();
     let silent = (last.first..n - 1).find(|&i| time[i + 1] - time[i] > criteria.silence_periods * period)?;
@@ -94,7 +95,8 @@ mod tests {
     use crate::{Oscillator, Record};
     use std::f64::consts::TAU;
 
-    /// The last turning point and the place of rest, to a fiftieth of a period and within the errors.
+    /// The last turning point and the rest position are found to a fiftieth of a period and within the
+    /// errors.
     #[test]
     fn the_stop_is_that_of_the_last_turning_point() {
         for (q, x_f, noise) in [(60.0, 0.01, 2e-3), (20.0, 0.01, 1e-4), (60.0, 0.02, 1e-8)] {
@@ -119,7 +121,7 @@ mod tests {
         }
     }
 
-    /// Three releases: the stop is that of the motion that the answer describes.
+    /// With three releases, the stop must be that of the motion analysed.
     #[test]
     fn the_stop_is_that_of_the_motion_used() {
         let stop_s = |x_f: f64| {

@@ -1,4 +1,4 @@
-//! Two viscous modes: beats and a weak second mode, fitted to the samples.
+//! Two viscous modes: fit of beats and of a weak second mode to the samples.
 
 use super::criteria::{Criteria, SpectrumCriteria, TwoModesCriteria};
 use crate::inference::least_squares::{Fit, LeastSquares, Normal, minimise};
@@ -17,15 +17,15 @@ const PER_MODE: usize = 4;
 /// Offset at the origin and its change over the record.
 const OFFSET: usize = 2 * PER_MODE;
 const COUNT: usize = OFFSET + 2;
-/// Parameters of the first mode about the line: those that enter linearly, and all.
+/// Parameters of the first mode and the straight line: those that enter linearly, and all.
 const LINEAR: [usize; 4] = [COSINE, SINE, OFFSET, OFFSET + 1];
 const ONE_MODE: [usize; 6] = [OMEGA, DELTA, COSINE, SINE, OFFSET, OFFSET + 1];
-/// The same of a steady one.
+/// The same for a steady mode.
 const STEADY: [usize; 5] = [OMEGA, COSINE, SINE, OFFSET, OFFSET + 1];
-/// Samples a cycle that averages keep, and samples above which averages are taken.
+/// Number of samples per cycle kept by averaging, and number of samples above which averages are used.
 const KEPT_PER_CYCLE: f64 = 12.0;
 const MOST_SAMPLES: usize = 20_000;
-/// Samples, spread over the record, on which the search is done.
+/// Number of samples, distributed over the record, used in the search.
 const SEARCHED: usize = 1_500;
 
 /// A viscous mode, `x = Re[(a - ib) e^((i omega - delta)(t - t0))]`.
@@ -54,21 +54,20 @@ impl ViscousMode {
     }
 }
 
-/// What one mode leaves in its window.
+/// Residuals of one mode in its window.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct OneMode {
     pub(crate) window_s: [f64; 2],
-    /// Mean square of its residuals, and of the noise in them.
+    /// Mean square of the residuals, and of the noise in them.
     pub(crate) mean_square: f64,
     pub(crate) noise: f64,
 }
 
-/// The weaker of two viscous modes, from a fit of `x = Σ e^(-delta_k t) (a_k cos omega_k t + b_k sin
-/// omega_k t) + c + d t` to the samples that begins at the frequency and decay rate of the motion taken
-/// as one mode.
+/// The weaker of two viscous modes, from a fit of `x = Σ e^(-delta_k t) (a_k cos omega_k t + b_k sin omega_k
+/// t) + c + d t` to the samples, started from the frequency and decay rate of the motion as a single mode.
 ///
-/// `None` where the second mode is not resolved from the first, and where they leave too much: of the window of that
-/// one mode, or, where the window is a small part of the samples, of all of them.
+/// `None` if the second mode is not resolved from the first, or if the residuals of both are too large: in
+/// the window of the single mode or, if that window is a small part of the samples, in all of them.
 pub(crate) fn weaker_of_two(
     time_s: &[f64],
     signal: &[f64],
@@ -100,8 +99,8 @@ pub(crate) fn weaker_of_two(
     (falls && resolved(&main, &second, problem.duration, criteria)).then_some(second)
 }
 
-/// A viscous mode beside a motion that was subtracted already, from its last value or, without one, the
-/// strongest line that is left.
+/// A viscous mode in the residuals of a motion, started from its last estimate or, without one, from the
+/// strongest line in the residuals.
 pub(crate) fn mode_beside(
     time_s: &[f64],
     left: &[f64],
@@ -125,7 +124,8 @@ pub(crate) fn mode_beside(
     resolved(main, &mode, problem.duration, criteria).then_some(mode)
 }
 
-/// The strongest line of some samples, where it explains most of them and its amplitude neither falls nor grows.
+/// The strongest line of the given samples, if it explains most of them and its amplitude neither falls nor
+/// grows.
 pub(crate) fn steady_mode(time_s: &[f64], signal: &[f64], criteria: &Criteria) -> Option<ViscousMode> {
     let Criteria { spectrum: lines, two_modes: criteria, steady_line: steady, .. } = criteria;
     let omega = TAU * spectrum::dominant(time_s, signal, None, lines)?.frequency_hz;
@@ -145,7 +145,7 @@ pub(crate) fn steady_mode(time_s: &[f64], signal: &[f64], criteria: &Criteria) -
     (is_steady && explains && mode.amplitude() > criteria.errors * mode.std_errors[2]).then_some(mode)
 }
 
-/// The mode that a second one stands beside.
+/// The main mode, for comparison with a second one.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct MainMode {
     pub(crate) omega: f64,
@@ -153,8 +153,8 @@ pub(crate) struct MainMode {
     pub(crate) amplitude: f64,
 }
 
-/// Whether these are two modes, and not one whose amplitude follows another law: their frequencies
-/// differ by more than the shorter one's width, and the second stands out of its errors and falls.
+/// Whether these are two modes rather than one whose amplitude follows another law: their frequencies differ
+/// by more than the width of the shorter-lived one, and the second one is significant and does not grow.
 fn resolved(main: &MainMode, second: &ViscousMode, duration_s: f64, criteria: &TwoModesCriteria) -> bool {
     let life_s = |rate: f64| if rate * duration_s > 1.0 { 1.0 / rate } else { duration_s };
     let life_s = life_s(main.decay_rate).min(life_s(second.decay_rate));
@@ -166,10 +166,11 @@ fn resolved(main: &MainMode, second: &ViscousMode, duration_s: f64, criteria: &T
         && second.decay_rate > -criteria.errors * second.std_errors[1]
 }
 
-/// The least of several starts: the strongest line that one mode leaves beside that mode, and that
-/// line with its mirror image about it, which is what beats of equal modes leave.
+/// The lowest minimum reached from several starts: the strongest line in the residuals of one mode combined
+/// with that mode, and that line combined with its mirror image about the mode, which is the residual of
+/// beats of equal modes.
 ///
-/// `problem` has some of the samples of `all`.
+/// `problem` contains a selection of the samples of `all`.
 fn fit_pair(
     all: &Modes,
     problem: &Modes,
@@ -199,7 +200,7 @@ fn fit_pair(
     fits.min_by(|a, b| a.rss.total_cmp(&b.rss))
 }
 
-/// Two viscous modes about a straight line as least squares.
+/// Least-squares problem of two viscous modes about a straight line.
 struct Modes {
     time: Vec<f64>,
     signal: Vec<f64>,
@@ -208,7 +209,7 @@ struct Modes {
 }
 
 impl Modes {
-    /// The samples, or means of neighbouring ones where there are many a cycle.
+    /// The samples, or means of neighbouring ones if there are many per cycle.
     fn thinned(time_s: &[f64], signal: &[f64], omega: f64) -> Option<Self> {
         let n = time_s.len();
         if n < 2 * COUNT {
@@ -220,7 +221,7 @@ impl Modes {
         Some(Self { origin: time[0], duration: time[time.len() - 1] - time[0], time, signal })
     }
 
-    /// A mode of a fit, `first` its first parameter.
+    /// A mode of a fit; `first` is the index of its first parameter.
     fn mode(&self, fit: &Fit, first: usize, criteria: &TwoModesCriteria) -> ViscousMode {
         let n = self.time.len();
         let residuals = self.residuals(&fit.parameters);
@@ -243,13 +244,13 @@ impl Modes {
         ViscousMode { origin_s: self.origin, omega: p[OMEGA], decay_rate: p[DELTA], cosine, sine, std_errors }
     }
 
-    /// Sum of the squares of the samples about their mean.
+    /// Sum of squares of the samples about their mean.
     fn power(&self) -> f64 {
         let mean = self.signal.iter().sum::<f64>() / self.signal.len() as f64;
         self.signal.iter().map(|x| (x - mean).powi(2)).sum()
     }
 
-    /// Value at one instant.
+    /// Value of the model at one time.
     fn value(&self, p: &[f64], time: f64) -> f64 {
         let t = time - self.origin;
         let mode = |first: usize| {
@@ -260,7 +261,7 @@ impl Modes {
         mode(0) + mode(PER_MODE) + p[OFFSET] + t / self.duration * p[OFFSET + 1]
     }
 
-    /// Some of the samples, unevenly spread so that no frequency is an alias of another.
+    /// A selection of the samples, unevenly distributed so that no frequency is an alias of another.
     fn spread(&self, count: usize) -> Self {
         let step = self.time.len() as f64 / count as f64;
         let picked: Vec<usize> = if step <= 1.0 {
@@ -307,14 +308,14 @@ impl LeastSquares for Modes {
     }
 }
 
-/// Sums of the products of derivatives and residuals, many samples at a time.
+/// Sums of products of derivatives and residuals, for many samples at a time.
 struct Pass<'a> {
     modes: &'a Modes,
     p: &'a [f64],
 }
 
 impl pulp::WithSimd for Pass<'_> {
-    /// Row by row of the lower triangle, the residual last.
+    /// The lower triangle row by row, with the residual as the last row.
     type Output = Vec<f64>;
 
     #[inline(always)]
@@ -337,7 +338,7 @@ impl pulp::WithSimd for Pass<'_> {
 }
 
 impl Pass<'_> {
-    /// The derivatives at times from the origin, and the residuals of the samples there.
+    /// The derivatives at times relative to the origin, and the residuals of the samples there.
     #[inline(always)]
     fn rows(&self, t: &[f64; WIDTH], samples: &mut [f64; WIDTH], products: &mut Products) {
         let p = self.p;

@@ -1,22 +1,23 @@
-//! Unresolved rest: the end of a record, in which the steps of the converter hide what is left of the motion.
+//! Unresolved rest: the end of a record in which the steps of the converter hide the remaining motion.
 
 use super::criteria::ResolutionCriteria;
 use crate::numeric::robust::median;
 
-/// Number of samples up to half a cycle behind the last motion that the steps of the converter, of height `step`, show;
-/// all of them where no long rest follows.
+/// Number of samples up to half a cycle after the last motion visible above the steps of the converter, of
+/// height `step`; the number of all samples if no long rest follows.
 ///
-/// The rounding error of a sample is noise of its own, with variance `step²/12`, where the signal or its noise crosses
-/// steps between samples (W. R. Bennett, *Spectra of quantized signals*, 1948). At rest all samples share one error: as
-/// hundreds of measurements of a mass that does not move they would exclude every motion below a step, and call a viscous
-/// decay that sinks below it stopped by friction. Noise of half a step lets neighbouring samples differ by more than
-/// this rest may, and is left alone.
+/// The rounding error of a sample acts as independent noise with variance `step²/12` if the signal or its
+/// noise crosses steps between samples (W. R. Bennett, *Spectra of quantized signals*, 1948). At rest all
+/// samples share one error. Counted as hundreds of measurements of a mass at rest they would exclude every
+/// motion below a step, and a viscous decay that falls below it would appear to be stopped by friction. With
+/// noise of half a step neighbouring samples differ by more than is allowed in such a rest, and the record is
+/// left unchanged.
 pub(crate) fn resolved(time: &[f64], signal: &[f64], step: f64, criteria: &ResolutionCriteria) -> usize {
     let n = signal.len();
     resolved_end(time, signal, step, criteria).unwrap_or(n)
 }
 
-/// Whether the last samples take as few values as those of an unresolved rest do.
+/// Whether the last samples take as few distinct values as in an unresolved rest.
 pub(crate) fn may_be_unresolved(signal: &[f64], criteria: &ResolutionCriteria) -> bool {
     let mut values: Vec<f64> = Vec::new();
     for x in last(signal, criteria) {
@@ -30,7 +31,7 @@ pub(crate) fn may_be_unresolved(signal: &[f64], criteria: &ResolutionCriteria) -
     true
 }
 
-/// The samples at the end that show the level of the rest.
+/// The samples at the end from which the level of the rest is determined.
 fn last<'a>(signal: &'a [f64], criteria: &ResolutionCriteria) -> &'a [f64] {
     let n = signal.len();
     &signal[n - (n / criteria.last_part).max(criteria.least_last).min(n)..]
@@ -44,7 +45,7 @@ fn resolved_end(time: &[f64], signal: &[f64], step: f64, criteria: &ResolutionCr
         off if off < -beyond => -1,
         _ => 0,
     };
-    // One sample by itself is noise.
+    // A single sample may be noise.
     let moves = |i: &usize| side(*i) != 0 && side(i - 1) == side(*i);
     let moving = (1..signal.len()).rev().find(moves)?;
     let half_period_s = half_period(time, moving, side, criteria.turns)?;
@@ -54,7 +55,7 @@ fn resolved_end(time: &[f64], signal: &[f64], step: f64, criteria: &ResolutionCr
     (hidden_s > 2.0 * criteria.rest_cycles * half_period_s).then_some(end)
 }
 
-/// Median time between so many of the last changes of side up to a sample.
+/// Median time between the last changes of side before a given sample, at most `most` of them.
 fn half_period(time: &[f64], last: usize, side: impl Fn(usize) -> i32, most: usize) -> Option<f64> {
     let mut turns = Vec::new();
     let mut from = side(last);
@@ -82,7 +83,7 @@ mod tests {
     const DELTA: f64 = 0.12;
     const STEP: f64 = 0.02;
 
-    /// 70 s at 30 samples a second from 1, in steps of a fiftieth, with noise of some steps.
+    /// 70 s at 30 samples per second from amplitude 1, in steps of a fiftieth, with noise given in steps.
     fn record(x_f: f64, noise_steps: f64, repeat: usize) -> Record {
         let oscillator = Oscillator::kinematic(6.0, DELTA, x_f).expect("valid");
         let decay = FreeDecay::from_rest(&oscillator, 1.0).expect("valid");

@@ -1,4 +1,4 @@
-//! What a phase that walks at random does to the parameters of the exact motion.
+//! Effect of a randomly walking phase on the parameters of the exact motion.
 
 use super::envelope::{A0, DELTA, X_F};
 use super::waveform::{BEND, OMEGA, PHASE, PHASE_SLOTS, PhaseSums, Waveform};
@@ -8,30 +8,32 @@ use crate::signal::phase_walk::{PhaseError, Smoothed, walk_rate};
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::{PI, TAU};
 
-/// Phases looked at, at most.
+/// Maximum number of phases used.
 const MOST_PHASES: f64 = 160.0;
-/// Samples without which a stretch has no phase.
+/// Minimum number of samples for the phase of a stretch.
 const LEAST_SAMPLES: usize = 3;
-/// Steps of the walk in a cycle, and in all, whose effect is summed: loss and friction feel those within a cycle.
+/// Number of walk steps per cycle, and maximum in all, whose effect is summed: loss and friction respond to
+/// steps within a cycle.
 const STEPS_PER_CYCLE: f64 = 8.0;
 const MOST_STEPS: usize = 384;
 
-/// Effect of a walk on a fit by least squares, whose weights know nothing of it.
+/// Effect of a random walk on a least-squares fit whose weights ignore it.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct WanderingPhase {
-    /// What a fit that knows of the walk adds to the mean rate of the phase, rad/s, and the variance of that rate.
+    /// Correction to the mean rate of the phase, rad/s, by a fit that accounts for the walk, and the variance
+    /// of that rate.
     pub(crate) mean_rate: f64,
     pub(crate) rate_variance: f64,
-    /// Variance, with it, of the loss or the amplitude that it moves most, over that of the unit covariance.
+    /// Largest ratio, over the losses and the amplitude, of the variance including the walk to that of the
+    /// unit covariance.
     pub(crate) variance_ratio: f64,
 }
 
 impl WanderingPhase {
-    /// `None` where the phases of the window that begins with sample `origin` show no walk beside white noise of
-    /// `noise_rms` a sample.
+    /// `None` if the phases of the window show no walk in addition to white noise of `noise_rms` per sample.
     ///
-    /// A step of the walk at `t_k` moves all samples behind it by `dx/dphi`, and the parameters by
-    /// `(JᵀJ)⁻¹ g_k`, `g_k` the sum of `J dx/dphi` from there on; steps are independent of each other.
+    /// A step of the walk at `t_k` shifts all later samples by `dx/dphi`, and the parameters by `(JᵀJ)⁻¹
+    /// g_k`, with `g_k` the sum of `J dx/dphi` from `t_k` on; the steps are independent of each other.
     pub(crate) fn of(
         problem: &Waveform,
         fit: &Fit,
@@ -42,12 +44,12 @@ impl WanderingPhase {
         let moving_s = problem.moving_s(p);
         let errors = phase_errors(problem, fit, [noise_rms, moving_s], criteria.least_weight);
         let slots = smooth_slots(problem);
-        // The offset is last.
+        // The offset is the last of the smooth parameters.
         let selected = |k: usize| slots.get(k).is_none_or(|slot| fit.free.contains(slot));
         let rate = walk_rate(&errors, selected, criteria.walk_errors)?;
         let mean = problem.mean_rate(p);
         let of_slot = |slot: &usize| mean.iter().find(|(k, _)| k == slot).map_or(0.0, |(_, d)| *d);
-        // The offset is no part of the rate.
+        // The offset does not contribute to the rate.
         let across: Vec<f64> = slots.iter().map(of_slot).chain([0.0]).collect();
         let (mean_rate, rate_variance) =
             Smoothed::beside(&errors, rate)?.combined(&DVector::from_vec(across));
@@ -77,16 +79,16 @@ impl WanderingPhase {
     }
 }
 
-/// The parameters of the phase that are free while its random walk is estimated: all of them, since those selected have
-/// already fitted part of the walk.
+/// The phase parameters that are free while the random walk is estimated: all of them, since those selected
+/// have already absorbed part of the walk.
 fn smooth_slots(problem: &Waveform) -> Vec<usize> {
     PHASE_SLOTS.into_iter().filter(|slot| *slot != BEND || problem.bend.is_some()).collect()
 }
 
-/// What the motion leaves of the phase of every half cycle, or of so many whole cycles that there are at most
-/// [`MOST_PHASES`]: the part of the residuals along `dx/dphi`.
+/// Phase residuals of every half cycle, or of groups of whole cycles such that there are at most
+/// [`MOST_PHASES`]: the projection of the residuals on `dx/dphi`.
 ///
-/// An offset is a change of phase that alternates from half cycle to half cycle.
+/// An offset appears as a phase change that alternates between half cycles.
 fn phase_errors(
     problem: &Waveform,
     fit: &Fit,
@@ -103,7 +105,7 @@ fn phase_errors(
     let turn = phase.ceil() - phase;
     let mut errors = Vec::new();
     let count = ((moving_s - turn * half_s) / (per_phase * half_s)).floor();
-    // A motion whose phase does not advance has none.
+    // A motion whose phase does not advance has no phase residuals.
     if !(half_s > 0.0 && (1.0..=MOST_PHASES).contains(&count)) {
         return errors;
     }
@@ -132,7 +134,8 @@ fn phase_errors(
     errors
 }
 
-/// Integral of `F (1 - F)`, `F` the cumulative weight `u - sin(2 pi u)/(2 pi)` of the phases within a half cycle.
+/// Integral of `F (1 - F)`, with `F` the cumulative weight `u - sin(2 pi u)/(2 pi)` of the phases within a
+/// half cycle.
 const WITHIN_HALF_CYCLE: f64 = 0.103;
 
 #[cfg(test)]
@@ -143,7 +146,7 @@ mod tests {
     use crate::{Oscillator, Parameter, Record};
     use std::f64::consts::TAU;
 
-    /// A phase that walks by 0.3 rad over the record: each interval holds its truth.
+    /// A phase that walks by 0.3 rad over the record: each interval must cover the true value.
     #[test]
     fn a_walking_phase_leaves_the_intervals_right() {
         let oscillator = Oscillator::kinematic(TAU * 1.7, 0.178, 0.00655).expect("valid");
