@@ -164,7 +164,7 @@ mod tests {
         assert_held(record, &Options::default(), Parameter::DECAY_RATE, PI / 3.0);
     }
 
-    /// Four hundred half cycles that end at 0.9 of the friction displacement, which is about the noise of a
+    /// Four hundred half cycles that end at 0.9 of the friction displacement, which is half the noise of a
     /// sample: the additional swing for a smaller friction is a tenth of the noise.
     #[test]
     fn friction_is_held_where_a_swing_more_could_not_be_seen() {

@@ -1,4 +1,4 @@
-//! Which warnings the answer to a ring-down carries.
+//! The warnings attached to the answer to a ring-down.
 
 use super::Answer;
 use super::envelope::law_of;
@@ -10,8 +10,9 @@ use crate::answer::describe::model_choice;
 use crate::answer::{Parameter, Warning};
 use crate::signal::phase_step::phase_step;
 
-/// Whether the record is too short to tell viscous from sliding loss; not where both are determined, nor where sliding that
-/// is certain stops the motion and its friction is determined: no record of it would be longer.
+/// Whether the record is too short to separate viscous from sliding loss. Not if both are determined, nor if
+/// sliding friction is certain, stops the motion and is itself determined: no record of that motion would be
+/// longer.
 fn too_short(e: &Evidence, answer: &Answer) -> bool {
     let criteria = &e.criteria.answer;
     let determined = |parameter| {
@@ -24,13 +25,14 @@ fn too_short(e: &Evidence, answer: &Answer) -> bool {
     e.record.kind().oscillates() && e.cycles < criteria.few_cycles && !told
 }
 
-/// Whether the two are one number, by their correlation; not where sliding is certain.
+/// Whether the two losses cannot be separated, judged by their correlation; not if sliding is certain.
 fn inseparable(e: &Evidence, correlation: f64, sliding_p_value: f64) -> bool {
     let criteria = &e.criteria.answer;
     correlation.abs() > criteria.inseparable && sliding_p_value >= criteria.certain_sliding
 }
 
-/// A clock of bursts, or of stamps so coarse that the rate they leave is most of what is not known of the frequency.
+/// A clock of bursts, or one with stamps so coarse that its rate error dominates the uncertainty of the
+/// frequency.
 fn rebuilt_clock(e: &Evidence, answer: &Answer) -> Option<Warning> {
     let report = e.record.clock_report();
     let (rate_error, quantum_s) = (report.rebuilt_rate_error, report.rebuilt_quantum_s);
@@ -44,7 +46,7 @@ fn rebuilt_clock(e: &Evidence, answer: &Answer) -> Option<Warning> {
     })
 }
 
-/// `omega A / (2 dA/dt)` of the best law at the first amplitude.
+/// `omega A / (2 dA/dt)` from the best law at the first amplitude.
 fn quality_factor_at_first(e: &Evidence) -> Option<f64> {
     let omega = e.measured.law.omega;
     let law = law_of(&e.fit.comparison.preferred()?.bounded.parameters, omega);
@@ -52,14 +54,15 @@ fn quality_factor_at_first(e: &Evidence) -> Option<f64> {
     (loss > 0.0).then(|| omega * law.initial / (2.0 * loss))
 }
 
-/// Whether the residuals of the blocks exceed their noise by the standard errors that are warned of.
+/// Whether the residuals of the blocks exceed their noise by the number of standard errors that causes a
+/// warning.
 fn shows_misfit(e: &Evidence, excess: f64) -> bool {
     let dof = (e.measured.points.len() as f64 - 3.0).max(1.0);
     let limit = 1.0 + e.criteria.answer.misfit_errors * (2.0 / dof).sqrt();
     matches!(e.fit.problem, Problem::Waveform(_)) && excess > limit
 }
 
-/// A frequency of a motion that changes with time by more than with the amplitude.
+/// Warning of a frequency that changes with time by more than with the amplitude.
 fn frequency_drift(e: &Evidence, answer: &Answer) -> Option<Warning> {
     let backbone = answer.backbone.as_ref().filter(|_| matches!(e.fit.problem, Problem::Waveform(_)))?;
     let relative = backbone.drift_per_s * (answer.segment.end_s - answer.segment.start_s);
@@ -67,7 +70,7 @@ fn frequency_drift(e: &Evidence, answer: &Answer) -> Option<Warning> {
     (relative.abs() > with_amplitude.abs()).then_some(Warning::FrequencyDrift { relative })
 }
 
-/// A third harmonic in quadrature that stays while the amplitude falls.
+/// Warning of a third harmonic in quadrature that stays constant while the amplitude falls.
 fn play(e: &Evidence, answer: &Answer) -> Option<Warning> {
     let found = e.fit.harmonics.filter(|h| h.steady > e.criteria.answer.play_errors)?;
     let first = answer.parameter(Parameter::InitialAmplitude)?.value;
@@ -152,7 +155,7 @@ pub(crate) fn warnings(e: &Evidence, answer: &Answer) -> Vec<Warning> {
     }
     if !bare {
         let points = &e.measured.points;
-        // Half cycles of few samples are no blocks, but among them.
+        // Half cycles with few samples form no blocks, but their samples lie between the blocks.
         let samples = points[points.len() - 1].end - points[0].first;
         let per_cycle = samples as f64 / e.cycles;
         if per_cycle < criteria.samples_per_cycle {
@@ -173,7 +176,8 @@ mod tests {
     const DELTA: f64 = 0.06;
     const OMEGA: f64 = 7.0;
 
-    /// In how many of six records of 40 s, at 40 samples a second and 44 dB, a warning is told.
+    /// Number of records out of six, each of 40 s at 40 samples per second and 44 dB, in which a warning is
+    /// given.
     fn told(code: &str, motion: impl Fn(f64) -> f64) -> usize {
         let exact: Vec<f64> = (0..1600).map(|i| motion(i as f64 / 40.0)).collect();
         let warns = |repeat: &usize| {
@@ -208,7 +212,7 @@ mod tests {
     fn a_frequency_that_drifts_is_told_and_one_that_depends_on_the_amplitude_is_not() {
         let drifting = |t: f64| amplitude(t) * (OMEGA * t * (1.0 + 0.005 * t / 80.0)).cos();
         assert_eq!(told("frequency_drift", drifting), 6);
-        // The phase of omega (1 - 0.02 A²).
+        // Phase lag for the frequency omega (1 - 0.02 A²).
         let lag = |t: f64| 0.01 * OMEGA / DELTA * (1.0 - amplitude(t).powi(2));
         assert_eq!(told("frequency_drift", |t| amplitude(t) * (OMEGA * t - lag(t)).cos()), 0);
     }

@@ -1,6 +1,6 @@
-//! Every sample against the exact motion, as a least-squares problem.
+//! Least-squares problem of every sample and the exact motion.
 //!
-//! The sums over the samples are those of the [half-cycle kernel](crate::motion::decay::half_cycle).
+//! The sums over the samples are computed by the [half-cycle kernel](crate::motion::decay::half_cycle).
 
 use super::criteria::WaveformCriteria;
 use super::gathered::{Closeness, Gathered};
@@ -25,7 +25,7 @@ pub(crate) struct Waveform<'a> {
     pub(crate) time: &'a [f64],
     pub(crate) signal: &'a [f64],
     pub(crate) observable: Observable,
-    /// Samples of an acceleration beside its turns, where friction makes it jump, do not count.
+    /// Excludes samples of an acceleration next to its turning points, where friction makes it jump.
     pub(crate) guard: Option<Guard>,
     /// Start of the window, s; parameters refer to it.
     pub(crate) origin: f64,
@@ -33,28 +33,29 @@ pub(crate) struct Waveform<'a> {
     /// Shape of the backbone; `None` leaves [`BEND`] without effect.
     pub(crate) bend: Option<Bend>,
     pub(crate) rest: RestLevel,
-    /// What times and motion are rounded to, which every sample counts as noise.
+    /// Rounding error of times and motion, which is included as noise in every sample.
     pub(crate) rounding_rms: f64,
-    /// Parameters whose derivatives are wanted.
+    /// Parameters whose derivatives are computed.
     pub(crate) active: Vec<usize>,
-    /// Sums near a reference motion, where they were gathered.
+    /// Sums near a reference motion, if they were gathered.
     pub(crate) gathered: Option<(Arc<Gathered>, Closeness)>,
 }
 
-/// Samples beside the turns that do not count.
+/// Exclusion of samples next to the turning points.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Guard {
-    /// Phase before and behind a turn, rad.
+    /// Phase before and after a turning point, rad.
     pub(crate) reach: f64,
-    /// Number of samples that every sum of squares stands for: a motion with more turns would leave less for the
-    /// samples that it leaves out. `None`: those that count.
+    /// Number of samples to which every sum of squares is scaled: otherwise a motion with more turning points
+    /// would have a smaller sum because it excludes more samples. `None`: no scaling.
     pub(crate) stands_for: Option<f64>,
 }
 
-/// The parameters of the closed motion, in the order of its sums.
+/// The parameters of the closed-form motion, in the order of its sums.
 const CLOSED: [usize; 6] = [A0, X_F, DELTA, PHASE, OMEGA, OFFSET];
 
-/// Sums over some samples of the derivative by the phase, times the residual, alone, and squared.
+/// Sums over some samples of the derivative by the phase: times the residual, times the derivative by the
+/// offset, and squared.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PhaseSums {
     pub(crate) along: f64,
@@ -62,26 +63,28 @@ pub(crate) struct PhaseSums {
     pub(crate) square: f64,
 }
 
-/// What the level of the samples at rest says of the motion before.
+/// What the level of the samples at rest implies for the motion before.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum RestLevel {
-    /// It tells which swing was the last.
+    /// It determines which half cycle was the last.
     Exact,
-    /// It lies anywhere within `±x_F`: its derivative by the loss holds over no step that a fit could
+    /// It lies anywhere within `±x_F`: its derivative by the loss is not valid over any step that a fit could
     /// take.
     Bounded,
-    /// Nothing: the offset wanders.
+    /// Nothing, because the offset wanders.
     Free,
 }
 
-/// Whether friction of this displacement leaves the mass at a place that tells the last swing: by
-/// [`WaveformCriteria::rest_errors`] standard errors of an amplitude from all `n` samples, `sigma sqrt(2 * 6/n)`.
+/// Whether the rest position for this friction displacement determines the last half cycle: it must exceed
+/// [`WaveformCriteria::rest_errors`] standard errors of an amplitude from all `n` samples, `sigma sqrt(2 *
+/// 6/n)`.
 pub(crate) fn rest_tells(x_f: f64, noise_rms: f64, n: usize, criteria: &WaveformCriteria) -> bool {
     x_f > criteria.rest_errors * noise_rms * (12.0 / n.max(1) as f64).sqrt()
 }
 
 impl Waveform<'_> {
-    /// Whether samples at rest have a level, the place of rest: velocities and accelerations are zero.
+    /// Whether samples at rest have a level, the rest position: velocities and accelerations are zero at
+    /// rest.
     fn rest_has_a_level(&self) -> bool {
         self.observable == Observable::Displacement
     }
@@ -100,7 +103,7 @@ impl Waveform<'_> {
         }
     }
 
-    /// Sums of the `active` parameters and residuals; `false` where the model does not exist.
+    /// Sums for the `active` parameters and residuals; `false` if the model does not exist.
     fn pass(
         &self,
         p: &[f64],
@@ -136,13 +139,13 @@ impl Waveform<'_> {
         out.rss.is_finite()
     }
 
-    /// The same problem with its sums gathered about a motion near its minimum, where they can be.
+    /// The same problem with its sums gathered about a motion near its minimum, if possible.
     pub(crate) fn gathered_about(self, p: &[f64]) -> Self {
         let gathered = Gathered::about(&self.window(&self.active), p);
         Self { gathered: gathered.map(|sums| (Arc::new(sums), Closeness::Coarse)), ..self }
     }
 
-    /// The sums near the motion about which they were gathered; whether they could be had.
+    /// The sums near the motion about which they were gathered; returns whether they are available.
     fn gathered_pass(&self, p: &[f64], free: &[usize], out: &mut Normal) -> bool {
         let Some((gathered, closeness)) = &self.gathered else { return false };
         let sums = |from: usize, from_s: f64, p: &[f64], active: &[usize], out: &mut Normal| {
@@ -166,9 +169,10 @@ impl Waveform<'_> {
         gathered.normal_of(p, free, *closeness, out, &sums).is_some()
     }
 
-    /// The same problem, its gathered sums taken only where they are as good as those of all samples.
+    /// The same problem; its gathered sums are used only where they are as accurate as those of all samples.
     pub(crate) fn closely(&self) -> Self {
-        // An acceleration jumps at its turns, which no sum follows from motion to motion.
+        // An acceleration jumps at its turning points, which the gathered sums cannot reproduce for other
+        // motions.
         if self.observable == Observable::Acceleration {
             return self.exact();
         }
@@ -176,13 +180,13 @@ impl Waveform<'_> {
         Self { gathered, ..self.clone() }
     }
 
-    /// The same problem, every sum taken sample by sample.
+    /// The same problem, with every sum computed sample by sample.
     pub(crate) fn exact(&self) -> Self {
         Self { gathered: None, ..self.clone() }
     }
 
-    /// The sums where viscous and sliding loss act alone on a phase and an offset without disturbances, and the first
-    /// sample at rest; `None` elsewhere.
+    /// The sums if viscous and sliding loss alone act, with undisturbed phase and offset; returns the first
+    /// sample at rest, or `None` if this does not apply.
     fn closed_pass(&self, p: &[f64], active: &[usize], out: &mut Normal) -> Option<usize> {
         let sums = self.closed_sums(p, active, &[], &mut Vec::new())?;
         for (i, &a) in CLOSED.iter().enumerate().filter(|(_, a)| active.contains(a)) {
@@ -195,7 +199,8 @@ impl Waveform<'_> {
         Some(sums.at_rest)
     }
 
-    /// The same behind the last of the `borders`, and before each of them in `parts`.
+    /// The closed-form sums of the samples after the last of the `borders`; those before each border are put
+    /// in `parts`.
     fn closed_sums(
         &self,
         p: &[f64],
@@ -216,14 +221,14 @@ impl Waveform<'_> {
         crate::numeric::dispatch(Pass { time, signal, origin, p, stop, rest_tells, borders, parts })
     }
 
-    /// The rows of the lower triangle that these sums have, of each part.
+    /// The rows of the lower triangle of these sums, for each part.
     fn closed_parts(&self, p: &[f64], free: &[usize], borders: &[usize]) -> Option<Vec<Vec<f64>>> {
         let places: Option<Vec<usize>> =
             free.iter().map(|slot| CLOSED.iter().position(|k| k == slot)).collect();
         let places = places?;
         let n = self.time.len();
         let mut parts = Vec::with_capacity(borders.len() + 1);
-        // Those at the end of the samples are behind the last part.
+        // Borders at the end of the samples lie after the last part.
         let inside = borders.iter().take_while(|border| **border < n).count();
         let last = self.closed_sums(p, free, &borders[..inside], &mut parts)?;
         parts.push(last);
@@ -242,8 +247,8 @@ impl Waveform<'_> {
         Some(rows)
     }
 
-    /// Gives the samples at rest a level of their own: their sums with the mean of what is left of
-    /// them, or with `±x_F` where the level is bounded and that mean lies beyond.
+    /// Gives the samples at rest a separate level: the mean of their residuals, or `±x_F` if the level is
+    /// bounded and the mean lies beyond.
     fn level_of_rest(
         &self,
         p: &[f64],
@@ -282,7 +287,7 @@ impl Waveform<'_> {
                 out.jtj[(i.max(X_F), i.min(X_F))] += sign * sums[i - OFFSET];
             }
         }
-        // Of exact samples the difference is all rounding, of either sign.
+        // For exact samples the difference is a rounding error of either sign.
         let rounding = f64::EPSILON * n * level * level;
         out.rss = (out.rss + n * level * level - 2.0 * level * left).max(0.0) + rounding;
         if let Some(list) = residuals {
@@ -311,13 +316,13 @@ impl LeastSquares for Waveform<'_> {
     fn normal_of(&self, p: &[f64], free: &[usize], out: &mut Normal, _limit: f64) -> bool {
         out.clear();
         let omega = p[OMEGA];
-        // Slowest phase rate in the window must stay positive: the motion has an order.
+        // The lowest phase rate in the window must be positive, so that the phase increases monotonically.
         let slowest =
             [0.0, self.duration].map(|t| self.window(free).phase(p, t).1).into_iter().fold(omega, f64::min);
         if !(p[A0] > 0.0 && omega > 0.0 && slowest > 0.1 * omega && shapes_exist(p)) {
             return false;
         }
-        // Each half cycle is walked: across a gap of millions of them there is nothing to compare with.
+        // Every half cycle is computed: across a gap of millions of them there are no samples for comparison.
         if omega * self.duration > 100.0 * PI * self.time.len() as f64 {
             return false;
         }
@@ -336,7 +341,7 @@ impl LeastSquares for Waveform<'_> {
 }
 
 impl Waveform<'_> {
-    /// Data less model, sample by sample; NaN where the model does not exist.
+    /// Residuals (data minus model), sample by sample; NaN where the model does not exist.
     pub(crate) fn residuals(&self, p: &[f64]) -> Vec<f64> {
         if let Some(known) = self.gathered.as_ref().and_then(|(sums, _)| sums.residuals_at(p)) {
             return known.to_vec();
@@ -347,12 +352,12 @@ impl Waveform<'_> {
         residuals
     }
 
-    /// How many samples count.
+    /// Number of samples that count.
     pub(crate) fn counted(&self) -> f64 {
         self.guard.and_then(|guard| guard.stands_for).unwrap_or(self.time.len() as f64)
     }
 
-    /// How many samples do not count because they are so close to a turn.
+    /// Number of samples excluded because they are too close to a turning point.
     pub(crate) fn at_turns(&self, p: &[f64]) -> usize {
         let passed = self.guard.and_then(|_| self.window(&[]).sums(p, None));
         passed.map_or(0, |passed| passed.left_out)
@@ -364,21 +369,22 @@ impl Waveform<'_> {
         stop.min(self.duration).max(f64::MIN_POSITIVE)
     }
 
-    /// Mean phase rate as long as the mass moves, as a combination of parameters.
+    /// Mean phase rate while the mass moves, as a combination of parameters.
     pub(crate) fn mean_rate(&self, p: &[f64]) -> [(usize, f64); 3] {
         let t = self.moving_s(p);
         let [_, _, bend, chirp] = self.window(&[]).phase(p, t).2;
         [(OMEGA, 1.0), (BEND, bend / t), (CHIRP, chirp / t)]
     }
 
-    /// Derivatives of the phase by some of its parameters, at a time on the record's clock.
+    /// Derivatives of the phase with respect to some of its parameters, at a time on the record's clock.
     pub(crate) fn phase_by(&self, p: &[f64], slots: &[usize], time_s: f64) -> Vec<f64> {
         let by = self.window(&[]).phase(p, time_s - self.origin).2;
         slots.iter().filter_map(|s| PHASE_SLOTS.iter().position(|k| k == s)).map(|k| by[k]).collect()
     }
 
-    /// Products of the derivatives by `free` parameters with that by the phase, summed over the samples before the first
-    /// of the `borders`, from each of them to the next, and behind the last; `None` where the model does not exist.
+    /// Products of the derivatives by the `free` parameters with that by the phase, summed over the samples
+    /// before the first of the `borders`, between consecutive ones, and after the last; `None` if the model
+    /// does not exist.
     pub(crate) fn along_phase(
         &self,
         p: &[f64],
@@ -398,9 +404,9 @@ impl Waveform<'_> {
         Some(parts.iter().map(of).collect())
     }
 
-    /// Products of the derivatives by `free` parameters and the residual, rows of the lower triangle, summed over the samples
-    /// before the first of the `borders`, from each of them to the next, and behind the last; `None` where the model does
-    /// not exist.
+    /// Products of the derivatives by the `free` parameters and the residual, as rows of the lower triangle,
+    /// summed over the samples before the first of the `borders`, between consecutive ones, and after the
+    /// last; `None` if the model does not exist.
     pub(crate) fn sums_of_parts(
         &self,
         p: &[f64],
@@ -410,8 +416,8 @@ impl Waveform<'_> {
         self.closed_parts(p, free, borders).or_else(|| self.window(free).sums_of_parts(p, borders, None))
     }
 
-    /// Sums of the residuals along the derivative by the phase, over the samples before the first of the `borders`, from
-    /// each of them to the next, and behind the last; `None` where the model does not exist.
+    /// Sums of the residuals times the derivative by the phase, over the samples before the first of the
+    /// `borders`, between consecutive ones, and after the last; `None` if the model does not exist.
     pub(crate) fn sums_by_phase(&self, p: &[f64], borders: &[usize]) -> Option<Vec<PhaseSums>> {
         let parts = self.sums_of_parts(p, &[PHASE, OFFSET], borders)?;
         // Rows of the triangle: phase; offset; residual.
@@ -419,7 +425,7 @@ impl Waveform<'_> {
         Some(parts.iter().map(of).collect())
     }
 
-    /// Phase of the signal of the model at a time on the record's clock.
+    /// Phase of the model's signal at a time on the record's clock.
     pub(crate) fn phase_at(&self, p: &[f64], time_s: f64) -> crate::signal::blocks::PhaseAt {
         let (phase, omega, _) = self.window(&[]).phase(p, time_s - self.origin);
         let phase = phase + self.observable.phase_lead();

@@ -1,4 +1,4 @@
-//! Every sample of a window against the exact motion.
+//! Fit of the exact motion to every sample of a window.
 
 use super::cluster_jackknife::inflation_of_samples;
 use super::compare::{LastSteps, Models, Search, WholeLoss, compare, loss_parameters, offer, slots};
@@ -23,15 +23,16 @@ use crate::signal::blocks;
 use std::f64::consts::PI;
 use std::ops::Range;
 
-/// Accelerations jump at each turn, so that a sample on the wrong side of one holds the phase where it is: those this
-/// close to a turn, rad, wait until the phase is known. Phases of blocks are less wrong than that from a Q of 5 on.
+/// Accelerations jump at each turning point, so that a sample on the wrong side of one fixes the phase at its
+/// start value. Samples this close to a turning point, rad, are left out until the phase is known. The phase
+/// error of blocks is smaller than that from a Q of 5 on.
 const START_GUARD: f64 = 0.15;
 
-/// Least decay over a window that a search begins with.
+/// Minimum decay over a window at the start of a search.
 const LEAST_DECAY: f64 = 1e-3;
 
-/// Start values from the fit of the amplitudes, for a window that begins with the first block, with the disturbances
-/// that the phases of the blocks show already.
+/// Start values from the fit of the amplitudes, for a window that begins with the first block, including the
+/// disturbances shown by the phases of the blocks.
 pub(crate) fn start_values(
     samples: &Samples,
     measured: &MeasuredDecay,
@@ -50,8 +51,9 @@ pub(crate) fn start_values(
     Some(start)
 }
 
-/// Fits the loss models compared, given the one asked for, to the samples of a window; disturbances of the phase that
-/// `start` has are in the model until they do not pay. `None` where the phase wanders too much for the exact motion.
+/// Fits the loss models to be compared, given the requested one, to the samples of a window. Phase
+/// disturbances in `start` remain in the model unless they prove unnecessary. `None` if the phase wanders too
+/// much for the exact motion.
 pub(crate) fn fit_waveform<'a>(
     samples: &'a Samples,
     measured: &MeasuredDecay,
@@ -82,11 +84,12 @@ pub(crate) fn fit_waveform<'a>(
     Some(free)
 }
 
-/// Whether rounding to the steps of the converter moves all samples at rest alike, by more than the part of the standard
-/// error of their mean that the criteria allow. `variance` is that of a sample, rounding included.
+/// Whether rounding to the steps of the converter shifts all samples at rest by a common error larger than
+/// the allowed fraction of the standard error of their mean. `variance` is that of a sample, rounding
+/// included.
 ///
-/// Noise of `s` steps leaves of the error of a constant at most `exp(-2 pi² s²)/pi` steps (B. Widrow and I. Kollár,
-/// *Quantization Noise*, 2008).
+/// With noise of `s` steps, the remaining rounding error of a constant is at most `exp(-2 pi² s²)/pi` steps
+/// (B. Widrow and I. Kollár, *Quantization Noise*, 2008).
 fn rest_is_rounded(samples: &Samples, stop_s: f64, variance: f64, criteria: &Criteria) -> bool {
     let at_rest = samples.len() - samples.time.partition_point(|t| *t < stop_s);
     let step = samples.converter_step(criteria.blocks.distinct_values);
@@ -95,7 +98,7 @@ fn rest_is_rounded(samples: &Samples, stop_s: f64, variance: f64, criteria: &Cri
     step > 0.0 && shared * (at_rest as f64 / variance).sqrt() > criteria.waveform.rounding_of_rest
 }
 
-/// The samples of a window that motions are fitted to.
+/// The samples of a window to which motions are fitted.
 struct WindowSamples<'a, 'm> {
     samples: &'a Samples<'a>,
     measured: &'m MeasuredDecay,
@@ -103,8 +106,8 @@ struct WindowSamples<'a, 'm> {
     criteria: &'m Criteria,
 }
 
-/// [`fit_waveform`] given what the level of the rest says, and the variance of white noise with the
-/// density that the residuals have at low frequencies.
+/// [`fit_waveform`] for a given treatment of the level of the rest; also returns the variance of white noise
+/// with the spectral density that the residuals have at low frequencies.
 fn fit_with_rest<'a>(
     samples: &'a Samples,
     measured: &MeasuredDecay,
@@ -118,12 +121,12 @@ fn fit_with_rest<'a>(
     let (problem, NuisanceSelection { mut fit, nuisance, .. }) =
         window.select_nuisances(offer(&start, asked), rest, asked)?;
     let (n, duration) = (range.len(), problem.duration);
-    // Of more samples, a fit that leaves no more than the noise is hardly a side minimum.
+    // With more samples, a fit with residuals no larger than the noise is hardly a secondary minimum.
     let few = n <= criteria.waveform.multi_start_samples;
     let side_minima = window.excess(&fit) > criteria.waveform.variance_ratio
         || few && may_stop(&fit, n, duration, &criteria.waveform);
     if side_minima && fit.parameters[DRAG] != 0.0 && !fit.free.contains(&DRAG) {
-        // That of the amplitudes, which hides where the motion stops without it.
+        // The drag is that of the amplitude fit; it hides where the motion would stop without it.
         let mut start = fit.parameters.clone();
         start[DRAG] = 0.0;
         fit = minimum(&problem, &start, &fit.free)?;
@@ -153,11 +156,11 @@ fn fit_with_rest<'a>(
     let least = criteria.sensor.samples_per_cycle;
     let harmonics = harmonics(&problem, range.start, &left, best, &measured.points, least);
     noise.variance_inflation = serial_inflation;
-    // Where the noise about the frequency of the motion is known, the remainder is measured by that.
+    // If the noise near the frequency of the motion is known, the residual fundamental is compared with it.
     let known = left.in_phase.excess * left.variance / measured.noise_rms.powi(2).max(f64::MIN_POSITIVE);
     let is_known = samples.noise_inflation > 1.0 || matches!(samples.filtered, Filtered::Noise { .. });
     let excess = if is_known { known } else { left.in_phase.excess };
-    // What the law misses moves the cycles too, but is no noise: another law may describe it.
+    // Misfit of the law shifts the cycles too, but is not noise: another law may describe it.
     if excess < criteria.answer.misfit {
         let largest = comparison.largest().map_or(best, |fit| &fit.bounded);
         let significance = criteria.inference.cluster_significance;
@@ -182,17 +185,17 @@ fn fit_with_rest<'a>(
     Some((fit, left.low_frequency))
 }
 
-/// What a motion leaves of the samples.
+/// Residual statistics of a motion.
 struct Left {
     remainder: Remainder,
     wandering: Option<WanderingPhase>,
-    /// By which the variance of the parameters exceeds that under white noise.
+    /// Factor by which the variance of the parameters exceeds that under white noise (variance inflation).
     serial_inflation: f64,
 }
 
 impl<'a> WindowSamples<'a, '_> {
-    /// The problem of the window, and the fit of the basic losses with the nuisances that pay for themselves. `None` where
-    /// the phase wanders too much for the exact motion.
+    /// The problem of the window, and the fit of the basic losses with the nuisance parameters that the data
+    /// require. `None` if the phase wanders too much for the exact motion.
     fn select_nuisances(
         &self,
         start: Vec<f64>,
@@ -207,11 +210,11 @@ impl<'a> WindowSamples<'a, '_> {
         let started = [BEND, CHIRP].into_iter().filter(|&slot| start[slot] != 0.0);
         let nuisance: Vec<usize> = ALWAYS.into_iter().chain(started).collect();
         let fit = self.first_fit(&mut problem, start, &in_order(&basic, &nuisance))?;
-        // In a record of a cycle or two an offset that drifts by chance would cost most of what is
-        // known about the loss.
+        // In a record of one or two cycles an offset drift fitted by chance would cost most of the
+        // information about the loss.
         let mut price = (self.range.len() as f64).ln() + criteria.inference.instrument_bic_margin;
         if matches!(self.samples.filtered, Filtered::Noise { .. }) {
-            // In variances of the residuals, which lack the noise outside of the band.
+            // In variances of the residuals, which lack the noise outside the band.
             price /= self.excess(&fit).clamp(f64::MIN_POSITIVE, 1.0);
         }
         let mut selection = NuisanceSelection { fit, basic, nuisance, price };
@@ -223,7 +226,7 @@ impl<'a> WindowSamples<'a, '_> {
         }
         selection.add(&problem)?;
         if self.excess(&selection.fit) > criteria.waveform.most_excess {
-            // What drag explains is no phase that wanders.
+            // Residuals that drag explains are not caused by a wandering phase.
             let may_have_drag = asked.is_none_or(|model| model.has(LossTerm::Drag));
             if selection.basic.contains(&DRAG) || !may_have_drag {
                 return None;
@@ -234,7 +237,7 @@ impl<'a> WindowSamples<'a, '_> {
                 return None;
             }
         }
-        // What was started with must also pay.
+        // Disturbances included from the start must be required by the data too.
         for term in [CHIRP, BEND] {
             selection.drop(&problem, term);
         }
@@ -249,8 +252,8 @@ impl<'a> WindowSamples<'a, '_> {
         Some((problem, selection))
     }
 
-    /// Every sample against the motion, with all disturbances of phase and offset, and the shape of a backbone that the
-    /// start has if it bends.
+    /// The least-squares problem of every sample, with all disturbances of phase and offset, and the shape of
+    /// the backbone, used if the start has one.
     fn problem(&self, start: &[f64], rest: RestLevel, losses: &[usize]) -> (Waveform<'a>, Bend) {
         let samples = self.samples;
         let origin = samples.time[self.range.start];
@@ -266,7 +269,8 @@ impl<'a> WindowSamples<'a, '_> {
             duration,
             bend: (start[BEND] != 0.0).then(|| backbone.clone()),
             rest,
-            // Of a phase, and of what is computed of it; that of stamps far from zero is in the samples.
+            // Rounding of a phase and of quantities computed from it; rounding of time stamps far from zero
+            // is already in the samples.
             rounding_rms: f64::EPSILON * (start[OMEGA] * duration + 1.0) * start[A0].abs(),
             active: [losses, &ALWAYS, &OPTIONAL].concat(),
             gathered: None,
@@ -274,7 +278,7 @@ impl<'a> WindowSamples<'a, '_> {
         (problem, backbone)
     }
 
-    /// The minimum from a start; of accelerations without the samples beside their turns.
+    /// The minimum reached from a start; for accelerations without the samples next to turning points.
     fn first_fit(&self, problem: &mut Waveform, mut start: Vec<f64>, free: &[usize]) -> Option<Fit> {
         if self.samples.observable == Observable::Acceleration {
             let within = |reach, start: &[f64]| {
@@ -289,7 +293,7 @@ impl<'a> WindowSamples<'a, '_> {
         minimum(problem, &start, free)
     }
 
-    /// Variance of the residuals over that of the noise.
+    /// Ratio of the residual variance to the noise variance.
     fn excess(&self, fit: &Fit) -> f64 {
         fit.rss / self.range.len() as f64 / self.measured.noise_rms.powi(2)
     }
@@ -307,7 +311,7 @@ fn stops(fit: &Fit, duration: f64) -> bool {
     law_of(&fit.parameters, fit.parameters[OMEGA]).stop_time_s().is_some_and(|t| t < duration)
 }
 
-/// All of the loss of a fit at its first amplitude.
+/// The coefficients that would account for the whole loss of a fit at its first amplitude.
 fn whole_loss(fit: &Fit, duration: f64) -> WholeLoss {
     let p = &fit.parameters;
     let further = law_of(p, p[OMEGA]).further_rate(p[A0]) / p[A0];
@@ -317,7 +321,7 @@ fn whole_loss(fit: &Fit, duration: f64) -> WholeLoss {
 
 /// Whether a motion that the samples do not exclude stops within the window.
 fn may_stop(fit: &Fit, samples: usize, duration: f64, criteria: &WaveformCriteria) -> bool {
-    // A loss of another shape beside them may leave friction without an error of its own.
+    // A loss of fitted shape may leave the friction without a meaningful error.
     let is_shape = |slot: &usize| LossTerm::shaped().iter().any(|t| shape_slot(*t) == Some(*slot));
     let std_error = match fit.free.iter().any(is_shape) {
         true => 0.0,
@@ -341,8 +345,8 @@ mod tests {
 
     const UNIT: [&str; 2] = ["rad/s", "rad/s^2"];
 
-    /// Viscous and sliding loss alone leave several times the noise of 60 dB, as a phase that wanders does: drag, fitted
-    /// beside them, leaves none of it, whether or not the amplitudes show it first.
+    /// At 60 dB viscous and sliding loss alone leave residuals of several times the noise, as a wandering
+    /// phase does. Drag, fitted in addition, removes them, whether or not the amplitudes show it first.
     #[test]
     fn drag_is_no_phase_that_wanders() {
         let (omega_0, total) = (TAU * 1.7, PI * 1.7 / 30.0);
@@ -366,7 +370,7 @@ mod tests {
         assert_held(record, &Options::default(), Parameter::DECAY_RATE, delta);
     }
 
-    /// Velocities and accelerations of low Q hold the truth as displacements do.
+    /// For low-Q velocities and accelerations the intervals cover the true values as for displacements.
     #[test]
     fn velocities_and_accelerations_of_low_q_hold_the_truth() {
         const REPEATS: usize = 16;
@@ -413,8 +417,8 @@ mod tests {
         }
     }
 
-    /// Recorded on for two fifths of the motion after it stopped: the stop and the rest are part
-    /// of what is fitted and may not pull the friction along.
+    /// The record continues after the stop for two fifths of the duration of the motion: stop and rest are
+    /// part of the fit and must not bias the friction.
     #[test]
     fn a_rest_at_the_end_leaves_the_friction_where_it_is() {
         for (q, share, noise) in [(50.0, 0.1, 0.007), (50.0, 0.5, 0.07), (1000.0, 0.5, 0.007)] {

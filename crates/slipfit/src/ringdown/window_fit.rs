@@ -1,5 +1,5 @@
-//! The loss models fitted to the data of one window: the amplitudes of the blocks with the phase
-//! left free, or every sample against the exact motion.
+//! Fits of the loss models to the data of one window: either the amplitudes of the blocks with the phase left
+//! free, or every sample compared with the exact motion.
 
 use super::criteria::AnswerCriteria;
 use super::envelope::EnvelopeProblem;
@@ -10,7 +10,7 @@ use crate::inference::evidence::chi_square_tail;
 use crate::inference::least_squares::{Fit, LeastSquares};
 use crate::inference::model_selection::ModelComparison;
 
-/// Every loss model fitted to the data of one window.
+/// Fits of every loss model to the data of one window.
 pub(crate) struct WindowFit<'a> {
     pub(crate) problem: Problem<'a>,
     pub(crate) comparison: ModelComparison,
@@ -18,39 +18,40 @@ pub(crate) struct WindowFit<'a> {
     pub(crate) origin: f64,
     /// End of the window, s.
     pub(crate) end: f64,
-    /// Residual variance of the fundamental over that of the noise.
+    /// Ratio of the residual variance of the fundamental to the noise variance.
     pub(crate) excess: f64,
-    /// Degrees of freedom of that.
+    /// Degrees of freedom of that ratio.
     pub(crate) excess_freedom: f64,
-    /// First autocorrelation of the residuals.
+    /// Lag-one autocorrelation of the residuals.
     pub(crate) autocorrelation: f64,
-    /// What autocorrelation alone does to the variances of the parameters.
+    /// Inflation of the variances of the parameters without that from cluster to cluster.
     pub(crate) serial_inflation: f64,
-    /// A phase that walks at random beside the motion, where every sample is compared with it.
+    /// Random walk of the phase, if every sample is compared with the motion.
     pub(crate) wandering: Option<WanderingPhase>,
-    /// Harmonics beyond its own.
+    /// Harmonics in addition to those of the motion itself.
     pub(crate) harmonics: Option<Harmonics>,
-    /// Another last swing explains the samples nearly as well: the sum of squares has several minima.
+    /// Whether another last half cycle explains the samples nearly as well: the sum of squares has several
+    /// minima.
     pub(crate) several_minima: bool,
-    /// The minima with another last swing that explain the samples nearly as well.
+    /// The minima with another last half cycle that explain the samples nearly as well.
     pub(crate) other_minima: Vec<Fit>,
-    /// Blocks left out because they lie far off every law.
+    /// Number of blocks left out because they lie far from every law.
     pub(crate) outliers: usize,
 }
 
 impl WindowFit<'_> {
-    /// Whether the law leaves far more than the noise, by more than a few residuals do by chance.
+    /// Whether the residuals of the law far exceed the noise, by more than a few residuals do by chance.
     pub(crate) fn leaves_much(&self, criteria: &AnswerCriteria) -> bool {
         self.excess > criteria.misfit && !(self.excess_by_chance() > criteria.misfit_by_chance)
     }
 
-    /// Probability of as large an excess in residuals of white noise.
+    /// Probability of such a large excess for residuals of white noise.
     pub(crate) fn excess_by_chance(&self) -> f64 {
         chi_square_tail(self.excess * self.excess_freedom, self.excess_freedom)
     }
 }
 
-/// The data of a window with the motion that they are compared with.
+/// The data of a window and the model that they are compared with.
 pub(crate) enum Problem<'a> {
     /// Amplitudes of blocks.
     Envelope(EnvelopeProblem),

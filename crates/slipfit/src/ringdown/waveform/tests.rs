@@ -49,7 +49,7 @@ fn is_the_exact_free_decay() {
     }
 }
 
-/// Samples in bursts, one half cycle in thousands seen, the stop between two of them.
+/// Samples in bursts that cover one half cycle in thousands, with the stop between two of them.
 #[test]
 fn gaps_are_crossed_as_the_exact_decay_does() {
     let (omega_0, delta, x_f) = (7.0, 1e-4, 1e-5);
@@ -62,7 +62,7 @@ fn gaps_are_crossed_as_the_exact_decay_does() {
     let signal: Vec<f64> = time.iter().map(|&t| decay.displacement(t) + 0.3).collect();
     let mut p = [0.0; COUNT];
     (p[A0], p[X_F], p[DELTA], p[OMEGA], p[OFFSET]) = (1.0, x_f, delta, oscillator.omega_d(), 0.3);
-    // With drag and with a chirp among the parameters, half cycles are not alike.
+    // With drag and with a chirp among the parameters, half cycles differ from each other.
     for further in [vec![], vec![DRAG], vec![DRAG, CHIRP]] {
         let active = [A0, X_F, DELTA].into_iter().chain(further).chain([PHASE, OMEGA, OFFSET]).collect();
         let wave = Waveform { active, ..wave(&time, &signal, None) };
@@ -71,7 +71,8 @@ fn gaps_are_crossed_as_the_exact_decay_does() {
     }
 }
 
-/// Velocities and accelerations of the exact decay, over `omega` and its square, to the stop and at rest.
+/// Velocities and accelerations of the exact decay, relative to `omega` and its square, up to the stop and at
+/// rest.
 #[test]
 fn is_its_velocity_and_its_acceleration() {
     for (q, x_f) in [(3.0, 0.02), (8.0, 0.05), (50.0, 0.01), (1000.0, 0.0)] {
@@ -87,7 +88,7 @@ fn is_its_velocity_and_its_acceleration() {
             let signal: Vec<f64> = time.iter().map(|t| signal(*t)).collect();
             let wave = Waveform { observable, ..wave(&time, &signal, None) };
             let residuals = wave.residuals(p);
-            // A difference across a turn is none.
+            // A finite difference across a turning point is not valid.
             let turns = |t: f64| ((t - h) * omega / PI).floor() != ((t + h) * omega / PI).floor();
             let inside = residuals.iter().zip(&time).filter(|(_, t)| !turns(**t));
             (inside.map(|(r, _)| r * r).sum::<f64>() / time.len() as f64).sqrt()
@@ -102,7 +103,7 @@ fn is_its_velocity_and_its_acceleration() {
     }
 }
 
-/// Beside the turns samples do not count, and are counted; at rest every one does.
+/// Samples next to turning points are excluded and counted; at rest all samples are used.
 #[test]
 fn samples_beside_a_turn_do_not_count() {
     let oscillator = Oscillator::kinematic(7.0, 0.4, 0.03).expect("valid");
@@ -122,7 +123,8 @@ fn samples_beside_a_turn_do_not_count() {
     }
 }
 
-/// Of noise alone a motion that goes on leaves as much as one that rests: turns without a swing explain nothing.
+/// For noise alone a continuing motion leaves the same residuals as a mass at rest: turning points without
+/// motion explain nothing.
 #[test]
 fn a_motion_with_more_turns_gains_nothing_by_them() {
     let time: Vec<f64> = (0..20_000).map(|i| f64::from(i) * 0.01).collect();
@@ -139,8 +141,8 @@ fn a_motion_with_more_turns_gains_nothing_by_them() {
     assert!(gained.abs() < 0.01, "{gained}");
 }
 
-/// Against the integrated motion: with drag a half cycle is known to second order in the loss, and what is
-/// left after all of them falls with its square.
+/// Comparison with the integrated motion: with drag a half cycle is accurate to second order in the loss, and
+/// the accumulated error falls with its square.
 #[test]
 fn is_the_motion_with_drag_to_second_order() {
     for (x_f, viscous) in [(0.0, 0.0), (0.0, 1.0), (0.5, 0.3)] {
@@ -170,7 +172,7 @@ fn is_the_motion_with_drag_to_second_order() {
             [residuals(&position, &p), fit.rss, residuals(&velocity, &in_signal) / p[OMEGA].powi(2)]
                 .map(|rss| (rss / 600.0).sqrt())
         });
-        // Four times the quality factor, a sixteenth of what is left.
+        // Four times the quality factor gives a sixteenth of the error.
         for [here, there] in [[left[0], left[1]], [left[1], left[2]]] {
             assert!(there.iter().zip(here).all(|(there, here)| *there < here / 14.0), "{left:?}");
         }
@@ -178,8 +180,8 @@ fn is_the_motion_with_drag_to_second_order() {
     }
 }
 
-/// With the level of the rest free, lifting all samples there changes nothing, and the
-/// gradient by the offsets is that of what is left.
+/// With the level of the rest free, a shift of all samples at rest has no effect, and the gradient with
+/// respect to the offsets is that of the remaining residuals.
 #[test]
 fn the_samples_at_rest_have_their_own_level() {
     let oscillator = Oscillator::kinematic(7.0, 0.02, 0.01).expect("valid");
@@ -195,7 +197,7 @@ fn the_samples_at_rest_have_their_own_level() {
     (p[A0], p[X_F], p[DELTA], p[OMEGA]) = (1.0, 0.01, 0.02, oscillator.omega_d());
     (p[OFFSET], p[OFFSET + 1]) = (0.001, 0.002);
     let free = |signal| Waveform { rest: RestLevel::Bounded, ..wave(&time, signal, None) };
-    // Anywhere within `±x_F` the level is as good, beyond it is not.
+    // Anywhere within `±x_F` the level fits equally well, beyond it does not.
     let rss = residuals(&free(&signal), &p);
     assert!((residuals(&free(&inside), &p) / rss - 1.0).abs() < 1e-9);
     assert!(residuals(&free(&outside), &p) > 2.0 * rss);
@@ -217,7 +219,7 @@ fn the_samples_at_rest_have_their_own_level() {
     }
 }
 
-/// The level on `±x_F` moves with it: beside the motion before the rest, that is all of the
+/// A level at the limit `±x_F` moves with it: apart from the motion before the rest, this is the whole
 /// derivative of the samples at rest.
 #[test]
 fn the_level_on_its_limit_follows_the_friction() {
@@ -241,19 +243,20 @@ fn the_level_on_its_limit_follows_the_friction() {
     up[X_F] += h;
     down[X_F] -= h;
     let numeric = -(at_rest(&up) - at_rest(&down)) / (4.0 * h);
-    // The later half of the samples is at rest for long.
+    // The second half of the samples is long at rest.
     let half: f64 = signal[100..].iter().map(|x| x - p[X_F]).sum();
     assert!((numeric / half - 1.0).abs() < 1e-6, "{numeric} against {half}");
     assert!(out.jtj[(X_F, X_F)] >= 100.0, "{}", out.jtj[(X_F, X_F)]);
 }
 
-/// Near the reference the sums gathered are those of all samples, with and without a stop among them; what they
-/// miss is of second order over a twelfth of the window.
+/// Near the reference the gathered sums agree with those of all samples, with and without a stop among them;
+/// the neglected terms are of second order over a twelfth of the window.
 #[test]
 fn sums_that_were_gathered_are_those_of_all_samples() {
     use Observable::{Acceleration, Displacement, Velocity};
     let cases = [(0.004, 1.0, Displacement), (0.02, 1.4, Displacement)];
-    // Friction makes an acceleration jump at each turn, which no sum follows from motion to motion.
+    // Friction makes an acceleration jump at each turning point, which the gathered sums cannot reproduce for
+    // other motions.
     let derivatives = [(0.004, 1.0, Velocity), (0.02, 1.4, Velocity), (1e-5, 1.0, Acceleration)];
     for (x_f, length, observable) in cases.into_iter().chain(derivatives) {
         let oscillator = Oscillator::kinematic(7.0, 0.05, x_f).expect("valid");
@@ -310,7 +313,8 @@ fn sums_that_were_gathered_are_those_of_all_samples() {
                 assert!(miss < 0.02, "{k} {i}: {miss}");
                 assert!((near.jtj[(i, i)] / all.jtj[(i, i)] - 1.0).abs() < 3e-3, "{k} {i}");
             }
-            // Closely, no parameter moves by more than a thousandth of its error, or of how far the motion is off.
+            // With `closely`, no parameter moves by more than a thousandth of its error, or of the deviation
+            // of the motion.
             let close = sums(&closely, &q);
             let off = (all.rss / 3000.0 + rise).sqrt();
             for &i in &free {
@@ -318,7 +322,7 @@ fn sums_that_were_gathered_are_those_of_all_samples() {
                 assert!(miss < 2e-3, "{observable:?} {k} {i}: {miss}");
             }
         }
-        // Far motions are summed sample by sample.
+        // Motions far from the reference are summed sample by sample.
         let mut far = p;
         far[OMEGA] += 0.2;
         assert_eq!(sums(&gathered, &far).rss, sums(&exact, &far).rss);
@@ -346,16 +350,16 @@ fn the_gradient_holds_for_every_parameter() {
             up[k] += h;
             down[k] -= h;
             let numeric = -(residuals(&wave, &up) - residuals(&wave, &down)) / (4.0 * h);
-            // The backbone also bends the loss terms, which its derivative leaves out;
-            // inside a half cycle the shapes are straight lines.
+            // The backbone also changes the loss terms, which its derivative neglects; inside a half cycle
+            // its shapes are taken as straight lines.
             let tolerance = match k {
                 BEND => 0.2,
                 CHIRP => 2e-3,
-                // The shape's own derivative is curved inside a half cycle.
+                // The derivative by the shape is curved inside a half cycle.
                 k if (SHAPE..PHASE).contains(&k) => 2e-4,
                 _ => 2e-5,
             };
-            // Nor does the change of the rate of the phase inside a half cycle enter those of a derivative.
+            // For a derivative, the change of the phase rate inside a half cycle is neglected as well.
             let tolerance = if observable == Observable::Displacement { tolerance } else { 10.0 * tolerance };
             let error = (out.jtr[k] - numeric).abs() / (out.jtj[(k, k)] * out.rss).sqrt();
             assert!(error < tolerance, "{observable:?} {k}: {} against {numeric}", out.jtr[k]);
@@ -363,7 +367,7 @@ fn the_gradient_holds_for_every_parameter() {
     }
 }
 
-/// The closed motion and the kernel of any loss, a rest behind them.
+/// Compares the closed-form motion with the kernel for arbitrary losses, including a rest.
 #[test]
 fn sums_of_parts_are_the_same_by_both_kernels() {
     let time: Vec<f64> = (0..600).map(|i| 0.011 * f64::from(i)).collect();
@@ -380,7 +384,7 @@ fn sums_of_parts_are_the_same_by_both_kernels() {
         for (part, (a, b)) in closed.iter().zip(&any).enumerate() {
             assert_eq!(a.len(), b.len());
             for (x, y) in a.iter().zip(b) {
-                // The one carries its derivatives by Simpson's rule.
+                // One of them computes its derivatives by Simpson's rule.
                 assert!((x - y).abs() < 1e-6 * (1.0 + y.abs()), "{rest:?}, part {part}: {x} for {y}");
             }
         }
@@ -389,7 +393,8 @@ fn sums_of_parts_are_the_same_by_both_kernels() {
     assert!(wave(&time, &signal, None).closed_parts(&p, &free, &borders).is_none());
 }
 
-/// Under drag the law of amplitudes may leave a last swing of any small size: what moves it must not be divided by it.
+/// With drag the amplitude law may leave an arbitrarily small last half cycle: derivatives must not be
+/// divided by it.
 #[test]
 fn derivatives_hold_where_the_last_swing_vanishes() {
     const FRICTION: f64 = 0.0117;
@@ -408,7 +413,7 @@ fn derivatives_hold_where_the_last_swing_vanishes() {
         }
         [low, high]
     };
-    // The motion stops ever higher until the spring overcomes the friction once more, a little above x_F.
+    // The stop position increases until the spring overcomes the friction once more, slightly above x_F.
     let from = (0..100).map(|i| 1.0 + 1e-3 * f64::from(i)).find(|a_0| level(*a_0) < 1e-3).expect("near zero");
     let mut to = from;
     while level(to) < FRICTION {
@@ -418,7 +423,7 @@ fn derivatives_hold_where_the_last_swing_vanishes() {
     for a_0 in [low, high, high + 1e-12, high + 1e-10, high + 1e-8] {
         let mut out = Normal::zeros(COUNT);
         assert!(wave(&time, &signal, None).normal(&at(a_0), &mut out));
-        // Of each sample at most one.
+        // Each sample contributes at most one.
         let square = out.jtj[(A0, A0)];
         assert!(square <= time.len() as f64, "{a_0}: {square}");
     }

@@ -1,4 +1,4 @@
-//! Limits of the free decay that show once its law is known.
+//! Limits of the free decay that become apparent once its law is known.
 
 use super::StartReason;
 use crate::inference::least_squares::minimise;
@@ -11,12 +11,12 @@ use crate::ringdown::options::Options;
 use crate::ringdown::window_fit::{Problem, WindowFit};
 use std::ops::Range;
 
-/// Number of splits tried at first for a change of law.
+/// Number of splits in the coarse search for a change of law.
 const SPLITS: usize = 40;
 
-/// The instant until which first blocks still belong to a drive: from the law of the later
-/// blocks, extrapolated with its uncertainty, the blocks before are let in one by one until a run
-/// of them lies off. `None` where none do.
+/// The time until which the first blocks still belong to a drive. The law of the later blocks is extrapolated
+/// with its uncertainty, and earlier blocks are accepted one by one until a run of them deviates. `None` if
+/// none do.
 pub(crate) fn end_of_lead_in(
     fitted: &WindowFit,
     measured: &MeasuredDecay,
@@ -27,20 +27,20 @@ pub(crate) fn end_of_lead_in(
     if measured.window.start_reason != StartReason::LeadIn || n < criteria.least_blocks {
         return None;
     }
-    // Weights of the noise alone: a drive let in by mistake would excuse itself as an error of
-    // the law.
+    // The weights use the noise alone: with an error of the law, a drive accepted by mistake would enlarge
+    // its own tolerance.
     let problem = amplitude_problem(measured, options);
     let tested = n / criteria.tested_part;
     let best = &fitted.comparison.preferred()?.bounded;
     let free = &best.free;
     let fit = minimise(&part(&problem, tested..n), &best.parameters, free)?;
     let variance = fit.rss / (n - tested - free.len().min(n - tested - 1)) as f64;
-    // Where the law itself is off, its extrapolation says nothing about a drive.
+    // If the law itself is in error, its extrapolation gives no evidence of a drive.
     if variance > criteria.most_excess * measured.noise_rms.powi(2) {
         return None;
     }
     let predictions = problem.predictions(&fit);
-    // Mean residual of a run over its standard error, the law's own uncertainty in common.
+    // Mean residual of a run relative to its standard error, including the common uncertainty of the law.
     let miss = |run: Range<usize>| {
         let (mut weight, mut sum, mut row) = (0.0, 0.0, vec![0.0; fit.parameters.len()]);
         for j in run {
@@ -65,18 +65,18 @@ pub(crate) fn end_of_lead_in(
             || miss(first..first + 1).abs() > criteria.block_errors
     };
     let start = (0..tested).rev().find(|&first| off(first))? + 1;
-    // A law that misses all the way is bent; a drive holds the first blocks only.
+    // A law with deviations throughout is wrong; a drive affects the first blocks only.
     if start > n / criteria.most_part {
         return None;
     }
-    // The run that fell out began some blocks later than it showed.
+    // The deviation began some blocks before it became significant.
     let start = (start + (n / criteria.margin_part).max(2)).min(n - 6);
     Some(fitted.origin + problem.elapsed[start])
 }
 
-/// The instant where one law gives way to another: the split after which each side has a law of
-/// its own. It counts only if the earlier side then holds nearly to its noise, which a law that
-/// bends slowly away never does.
+/// The time at which one law changes to another: the split after which each side has its own law. It is
+/// accepted only if the residuals of the earlier side are then close to its noise, which is never the case
+/// for a slowly bending law.
 pub(crate) fn change_of_law(
     fitted: &WindowFit,
     measured: &MeasuredDecay,
@@ -86,11 +86,11 @@ pub(crate) fn change_of_law(
     let noise = measured.noise_rms.powi(2);
     let n = measured.points.len();
     let least = criteria.kink_blocks;
-    // Less is a bend, not a kink.
+    // Smaller deviations indicate a bend, not a kink.
     if fitted.excess < criteria.kink_excess || n < 2 * least || noise <= 0.0 {
         return None;
     }
-    // Outliers that the fit leaves out would bend the laws here.
+    // Outliers that the fit leaves out would distort the laws here.
     if !matches!(&fitted.problem, Problem::Envelope(used) if used.value.len() == n) {
         return None;
     }
@@ -116,7 +116,7 @@ pub(crate) fn change_of_law(
         .then(|| fitted.origin + problem.elapsed[split])
 }
 
-/// Some of the amplitudes.
+/// A subset of the amplitudes.
 fn part(problem: &EnvelopeProblem, range: Range<usize>) -> EnvelopeProblem {
     EnvelopeProblem {
         elapsed: problem.elapsed[range.clone()].to_vec(),

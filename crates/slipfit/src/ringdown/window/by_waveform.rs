@@ -1,4 +1,4 @@
-//! Whether one motion leaves nothing but noise of the samples in a window.
+//! Whether the residuals of one motion for the samples in a window are noise.
 
 use crate::ringdown::criteria::AgreementCriteria;
 use crate::ringdown::envelope::{X_F, law_of};
@@ -8,8 +8,8 @@ use crate::ringdown::samples::Samples;
 use crate::ringdown::waveform::{OMEGA, Waveform};
 use crate::ringdown::window_fit::{Problem, WindowFit};
 
-/// Whether nothing but noise is left of every block in the window: in single blocks, in runs of
-/// them, in phase and in quadrature.
+/// Whether the residuals of every block in the window are noise: in single blocks and in runs of them, in
+/// phase and in quadrature.
 pub(crate) fn agrees(
     fitted: &WindowFit,
     samples: &Samples,
@@ -33,15 +33,14 @@ pub(crate) fn agrees(
     within(|v| v.0) && within(|v| v.1)
 }
 
-/// Whether the mean square of residuals is no more than that of white noise.
+/// Whether the mean square of the residuals is consistent with white noise of the given variance.
 pub(crate) fn is_noise(residual: &[f64], variance: f64, criteria: &AgreementCriteria) -> bool {
     let n = residual.len() as f64;
     let mean_square = residual.iter().map(|r| r * r).sum::<f64>() / n;
     mean_square <= variance * (1.0 + criteria.scatter_errors * (2.0 / n).sqrt())
 }
 
-/// End of the samples up to which the motion fitted to `from..to`, followed on, leaves nothing
-/// but noise.
+/// End of the samples up to which the motion fitted to `from..to`, continued, has residuals that are noise.
 pub(crate) fn agreeing_end(
     samples: &Samples,
     measured: &MeasuredDecay,
@@ -55,7 +54,7 @@ pub(crate) fn agreeing_end(
     let law = law_of(&best.parameters, best.parameters[OMEGA]);
     let variance = fitted.comparison.noise.residual_variance(best);
     let least = (criteria.least_amplitude * law.initial).max(criteria.least_frictions * best.parameters[X_F]);
-    // Block by block, then what is left behind the last whole one.
+    // Block by block, then the samples after the last whole one.
     let rest = measured.all.last().map(|b| (b.end, samples.len()));
     let pieces = measured.all.iter().map(|b| (b.first, b.end)).filter(|p| p.0 >= to).chain(rest);
     let mut end = to;

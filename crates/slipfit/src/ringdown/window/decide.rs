@@ -1,4 +1,4 @@
-//! The window among all blocks: clipped blocks left out, limits that are asked for.
+//! The window among all blocks, with clipped blocks left out and the requested limits applied.
 
 use super::extend::find;
 use super::{DecayWindow, EndReason, StartReason};
@@ -11,7 +11,7 @@ use crate::ringdown::samples::Samples;
 use crate::signal::blocks::Block;
 use std::f64::consts::TAU;
 
-/// The free decay among the blocks of an oscillation, with the amplitudes that it was found by.
+/// The free decay among the blocks of an oscillation, with the amplitudes used to find it.
 pub(crate) fn of_oscillation<'a>(
     blocks: &'a [Block],
     samples: &Samples,
@@ -66,14 +66,14 @@ pub(crate) fn of_amplitudes(
 
 const NOTHING_FALLS: &str = "no falling amplitude stands out of the noise";
 
-/// Whether the last third of the record swings clearly wider than the first.
+/// Whether the amplitude in the last third of the record is clearly larger than in the first.
 fn grows(blocks: &[Block], criteria: &BlockCriteria) -> bool {
     let third = (blocks.len() / 3).max(1);
     let mean = |part: &[Block]| part.iter().map(|b| b.amplitude).sum::<f64>() / part.len() as f64;
     mean(&blocks[blocks.len() - third..]) > criteria.growth_ratio * mean(&blocks[..third])
 }
 
-/// The window within the limits that are asked for.
+/// The window with the requested limits applied.
 fn limited(mut window: DecayWindow, amplitudes: &BlockAmplitudes, options: &Options) -> DecayWindow {
     if options.start_s.is_some() {
         (window.first, window.start_reason) = (0, StartReason::Requested);

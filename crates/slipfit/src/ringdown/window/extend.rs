@@ -1,4 +1,4 @@
-//! The decay extended from its seed for as long as one amplitude law predicts the next blocks.
+//! Extension of the decay from its seed as long as one amplitude law predicts the next blocks.
 
 use super::seed::{SeedFit, best_run, rises, seed};
 use super::{DecayWindow, EndReason, StartReason};
@@ -25,7 +25,7 @@ pub(super) fn find(amplitudes: &BlockAmplitudes, c: &WindowCriteria) -> Option<D
     Some(search.extend(seed, &smooth, start_reason))
 }
 
-/// The law of the blocks found so far, and the run that they may be extended in.
+/// The law of the blocks found so far, and the run within which they may be extended.
 struct Search<'a> {
     amplitudes: &'a BlockAmplitudes<'a>,
     c: &'a WindowCriteria,
@@ -36,7 +36,7 @@ struct Search<'a> {
 impl Search<'_> {
     fn extend(mut self, seed: Range<usize>, smooth: &[f64], start_reason: StartReason) -> DecayWindow {
         let (mut end, left) = self.later(seed.clone());
-        // Backward only now: the start is where a drive would bend the law.
+        // Extended backward last, since a drive at the start would distort the law.
         self.refit(seed.start..end);
         let (first, start_reason) = self.earlier(seed.start, end, start_reason);
         let end_reason = left.unwrap_or_else(|| end_reason(self.amplitudes, smooth, end, self.c));
@@ -59,7 +59,8 @@ impl Search<'_> {
         self.law.as_ref().map_or(0.0, |law| law.miss(block, tolerance))
     }
 
-    /// Lets later blocks in until several in a row leave the law: the end, and how it was left.
+    /// Accepts later blocks until several in a row deviate from the law; returns the end and how the law was
+    /// left.
     fn later(&mut self, seed: Range<usize>) -> (usize, Option<EndReason>) {
         let Range { start, end: seed_end } = seed;
         let mut end = seed_end;
@@ -86,7 +87,7 @@ impl Search<'_> {
         (self.run.end, None)
     }
 
-    /// The last blocks let in before the law was left may already lie off it.
+    /// Removes blocks accepted shortly before the law was left that already deviate from it.
     fn take_back(&mut self, blocks: Range<usize>) -> usize {
         let Range { start, mut end } = blocks;
         self.refit(start..end - (end - start) / 8);
@@ -96,14 +97,14 @@ impl Search<'_> {
         end
     }
 
-    /// Lets earlier blocks in until two in a row leave the law.
+    /// Accepts earlier blocks until two in a row deviate from the law.
     fn earlier(&mut self, start: usize, end: usize, reason: StartReason) -> (usize, StartReason) {
         let mut first = start;
         let mut fitted = end - first;
         while first > self.run.start {
             let off = |block: usize| self.miss(block, self.c.earlier_tolerance).abs() > 1.0;
             if off(first - 1) && (first < self.run.start + 2 || off(first - 2)) {
-                // The block beside a change of regime holds some of both.
+                // The block next to a change of regime contains some of both.
                 let margin = if end - first > self.c.lead_in_margin { 2 } else { 1 };
                 return ((first + margin).min(end - 4), StartReason::LeadIn);
             }
@@ -116,15 +117,15 @@ impl Search<'_> {
         (first, reason)
     }
 
-    /// Follows the law on into the noise, where single blocks say little but many together still
-    /// do: as long as each agrees with it and it predicts a part of a block's error.
+    /// Follows the law into the noise, where single blocks carry little information but many together do, as
+    /// long as each block agrees with it and the prediction exceeds a given fraction of a block's error.
     fn follow_into_noise(&self, blocks: Range<usize>) -> usize {
         let mut end = blocks.end;
         let Some(law) = SeedFit::new(self.amplitudes, blocks, self.c) else { return end };
         while end < self.amplitudes.blocks.len() {
             let (predicted, error) = (law.predict(end), self.amplitudes.error[end]);
             let off = self.amplitudes.amplitude(end) - self.amplitudes.reading(predicted);
-            // The modulus of signal and noise together scatters below A + 4 sigma.
+            // The modulus of signal plus noise scatters below A + 4 sigma.
             if predicted < self.c.noise_prediction * error || off.abs() > self.c.noise_errors * error {
                 break;
             }
@@ -141,7 +142,7 @@ fn end_reason(amplitudes: &BlockAmplitudes, smooth: &[f64], end: usize, c: &Wind
     if rises(amplitudes, smooth, end, smooth[end - 1], c) {
         return EndReason::Disturbance;
     }
-    // A stop takes the amplitude away within a block or two; noise is reached slowly.
+    // A stop reduces the amplitude to zero within one or two blocks; noise is reached gradually.
     let back = end.saturating_sub(c.stop_blocks);
     if smooth[back] > c.stop_ratio * amplitudes.floor[end] { EndReason::Rest } else { EndReason::Noise }
 }
@@ -154,7 +155,7 @@ mod tests {
 
     const NOISE: f64 = 1e-3;
 
-    /// The window found among amplitudes a second apart, with the noise of a modulus.
+    /// The window found among amplitudes at intervals of one second, with the noise of a modulus.
     fn window(amplitude: impl Fn(f64) -> f64) -> DecayWindow {
         let block = |i: usize| Block {
             amplitude: (amplitude(i as f64) + NOISE * jitter(i, 0)).hypot(NOISE * jitter(i, 1)),

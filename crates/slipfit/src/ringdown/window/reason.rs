@@ -1,30 +1,30 @@
-//! Why a free decay starts and ends where it does.
+//! Reasons for the start and the end of a free decay.
 
 use std::fmt;
 
-/// Why the free decay starts where it does.
+/// Reason for the start of the free decay.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize), serde(into = "&'static str"))]
 #[non_exhaustive]
 pub enum StartReason {
-    /// The record starts.
+    /// The record starts there.
     RecordStart,
     /// Before it the motion is driven or disturbed.
     LeadIn,
-    /// Before it the mass is held aside.
+    /// Before it the mass is held at a deflection.
     Held,
     /// Before it samples are clipped.
     Clipped,
-    /// The start was asked for.
+    /// The start was set by the user.
     Requested,
 }
 
-/// Why the free decay ends where it does.
+/// Reason for the end of the free decay.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize), serde(into = "&'static str"))]
 #[non_exhaustive]
 pub enum EndReason {
-    /// The record ends.
+    /// The record ends there.
     RecordEnd,
     /// The oscillation reaches the noise.
     Noise,
@@ -38,9 +38,9 @@ pub enum EndReason {
     LawChange,
     /// The amplitude stays above what the law of the earlier decay predicts.
     SlowTail,
-    /// The end was asked for.
+    /// The end was set by the user.
     Requested,
-    /// The least amplitude that was asked for is reached.
+    /// The minimum amplitude set by the user is reached.
     LeastAmplitude,
 }
 

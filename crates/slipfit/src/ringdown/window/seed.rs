@@ -1,5 +1,4 @@
-//! Where a decay is looked for first: the run with the largest fall, and an amplitude law through
-//! its middle.
+//! Start of the search for a decay: the run with the largest fall, and an amplitude law through its middle.
 
 use crate::inference::least_squares::{LeastSquares, minimise};
 use crate::ringdown::block_amplitudes::BlockAmplitudes;
@@ -7,16 +6,16 @@ use crate::ringdown::criteria::WindowCriteria;
 use crate::ringdown::envelope::{A0, DELTA, DRAG, EnvelopeProblem, X_F};
 use std::ops::Range;
 
-/// Points of a seed fit; more say no more.
+/// Maximum number of points of a seed fit; more bring no gain.
 const MOST_POINTS: usize = 100;
-/// Blocks beside a sudden loss that hold some of it.
+/// Number of blocks next to a sudden loss that contain part of it.
 const STEP_EDGE: usize = 3;
-/// Blocks behind it whose median loss is the usual one.
+/// Number of later blocks whose median loss is the usual one.
 const STEP_LATER: usize = 10;
-/// Blocks behind the start of a seed in which a sudden loss may lie.
+/// Number of blocks after the start of a seed in which a sudden loss may lie.
 const STEP_REACH: usize = 6;
 
-/// Whether the amplitude of a block rises above `least` by more than noise and a slow beat.
+/// Whether the amplitude of a block rises above `least` by more than noise and a slow beat would cause.
 pub(super) fn rises(
     amplitudes: &BlockAmplitudes,
     smooth: &[f64],
@@ -27,7 +26,7 @@ pub(super) fn rises(
     smooth[block] > c.rise_ratio * least + c.rise_errors * amplitudes.error[block]
 }
 
-/// The run of falling amplitude with the largest fall: a new maximum ends a run.
+/// The run of falling amplitude with the largest fall; a new maximum ends a run.
 pub(super) fn best_run(
     amplitudes: &BlockAmplitudes,
     smooth: &[f64],
@@ -51,7 +50,7 @@ pub(super) fn best_run(
             }
             end += 1;
         }
-        // A slow fall hides its own maximum.
+        // In a slow fall the exact position of the maximum is hidden by noise.
         let from = (i..=top.0)
             .find(|&k| smooth[k] >= c.top_ratio * top.1 - c.top_errors * amplitudes.error[k])
             .unwrap_or(top.0);
@@ -67,12 +66,12 @@ pub(super) fn best_run(
     best.map(|b| b.1)
 }
 
-/// The part of a run from where its fall is under way down to a fraction of the amplitude there.
-/// `None` where the run is too short for it.
+/// The part of a run from where the amplitude has clearly begun to fall down to a fraction of the amplitude
+/// there. `None` if the run is too short.
 pub(super) fn seed(smooth: &[f64], run: &Range<usize>, c: &WindowCriteria) -> Option<Range<usize>> {
     let top = smooth[run.start];
     let falling = run.clone().rev().find(|&i| smooth[i] >= c.seed_from * top).map_or(run.start, |i| i + 1);
-    // Switching off a drive that leaks into the signal takes its share away at once.
+    // When a drive that leaks into the signal is switched off, its contribution vanishes at once.
     let start = after_step(smooth, run, falling, c).unwrap_or(falling);
     let first = smooth[start.min(run.end - 1)];
     let mut end = (start..run.end).find(|&i| smooth[i] < c.seed_to * first).unwrap_or(run.end);
@@ -83,7 +82,7 @@ pub(super) fn seed(smooth: &[f64], run: &Range<usize>, c: &WindowCriteria) -> Op
     (seed.len() >= c.seed_least).then_some(seed)
 }
 
-/// The block after a sudden loss near the start, many times the loss that follows.
+/// The block after a sudden loss near the start that is many times the loss after it.
 fn after_step(smooth: &[f64], run: &Range<usize>, start: usize, c: &WindowCriteria) -> Option<usize> {
     let loss = |i: usize| (smooth[i] / smooth[i + 1].max(f64::MIN_POSITIVE)).ln();
     let last = run.end.saturating_sub(STEP_EDGE + STEP_LATER + 1);
@@ -98,13 +97,13 @@ fn after_step(smooth: &[f64], run: &Range<usize>, start: usize, c: &WindowCriter
         .map(|i| i + 2)
 }
 
-/// An amplitude law through a few blocks, to judge their neighbours by.
+/// An amplitude law fitted to a few blocks, used to judge their neighbours.
 pub(super) struct SeedFit<'a> {
     amplitudes: &'a BlockAmplitudes<'a>,
     criteria: &'a WindowCriteria,
     parameters: Vec<f64>,
     origin: f64,
-    /// Standard deviation about the law over the errors, at least one.
+    /// Ratio of the standard deviation about the law to the errors, at least one.
     scatter: f64,
 }
 
@@ -118,7 +117,7 @@ impl<'a> SeedFit<'a> {
         let origin = amplitudes.blocks[blocks.start].time_s;
         let top = amplitudes.of_motion(blocks.start)[0];
         let index: Vec<usize> = blocks.step_by(stride).collect();
-        // Errors in proportion to the amplitude keep the late blocks in the vote.
+        // Errors proportional to the amplitude give the late blocks enough weight.
         let variance = |i: usize| {
             let [amplitude, error] = amplitudes.of_motion(i);
             error.powi(2) + (criteria.law_error * amplitude).powi(2) + 1e-8 * top * top
@@ -148,15 +147,15 @@ impl<'a> SeedFit<'a> {
         Some(Self { amplitudes, criteria, parameters: fit.parameters, origin, scatter })
     }
 
-    /// Amplitude that the law gives a block.
+    /// Amplitude of a block according to the law.
     pub(super) fn predict(&self, block: usize) -> f64 {
         let elapsed = vec![self.amplitudes.blocks[block].time_s - self.origin];
         let one = EnvelopeProblem { elapsed, ..blank(self.amplitudes.omega) };
         one.amplitudes(&self.parameters)[0].max(0.0)
     }
 
-    /// Distance of a block from the law over what is tolerated, of which `relative` is in
-    /// proportion to the amplitude; positive above the law.
+    /// Deviation of a block from the law relative to the tolerance, of which `relative` is the part
+    /// proportional to the amplitude; positive above the law.
     pub(super) fn miss(&self, block: usize, relative: f64) -> f64 {
         let c = self.criteria;
         let (amplitude, error) = (self.amplitudes.amplitude(block), self.amplitudes.error[block]);
@@ -167,7 +166,7 @@ impl<'a> SeedFit<'a> {
     }
 }
 
-/// The amplitude law without data, at a constant frequency.
+/// The amplitude law without data, at constant frequency.
 fn blank(omega: f64) -> EnvelopeProblem {
     EnvelopeProblem {
         elapsed: Vec::new(),
