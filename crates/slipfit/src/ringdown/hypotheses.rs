@@ -29,8 +29,10 @@ pub(crate) struct FittedDecay<'a> {
 /// The first of the following hypotheses whose residuals are noise is accepted:
 ///
 /// 1. the decay begins with the record: what looked like a lead-in in the amplitudes of single blocks was
-/// their noise; 2. it begins where the amplitudes indicate; 3. it begins later, with more and more of the
-/// first blocks left out: blocks that still belong to a drive distort the law slightly and remain undetected.
+///    their noise;
+/// 2. it begins where the amplitudes indicate;
+/// 3. it begins later, with more and more of the first blocks left out: blocks that still belong to a
+///    drive distort the law slightly and remain undetected.
 ///
 /// If none is accepted, the law is in error, and the second hypothesis is used; likewise if the record itself
 /// or an option determines the start of the decay.
