@@ -209,10 +209,10 @@ fn scatter_otherwise(
 /// Relative standard error of the squared robust deviation of `n` values, times the square root of `n`.
 const ROBUST_ERROR: f64 = 2.33;
 
-/// Weights mean squares, each of the same number of samples, by the law fitted to them, `var(R²) = 4 sigma²
-/// (A² + sigma²)`. If weighted by their own values, those that the noise made small would get the largest
-/// weights and pull the tail down as friction does. Viscous and sliding loss, neither below zero, are close
-/// enough to any law for this purpose.
+/// Weights mean squares, each of the same number of samples, by the law fitted to them,
+/// `var(R²) = 4 sigma² (A² + sigma²)`. If weighted by their own values, those that the noise made small would
+/// get the largest weights and pull the tail down as friction does. Viscous and sliding loss, neither below
+/// zero, are close enough to any law for this purpose.
 fn weigh_by_law(problem: &mut EnvelopeProblem, start: &[f64], nuisance: &[usize], unit_weight: f64) {
     let least = LEAST_SQUARE * problem.value[0].max(f64::MIN_POSITIVE);
     let free = [&[A0, DELTA, X_F][..], nuisance].concat();

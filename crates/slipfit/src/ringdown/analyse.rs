@@ -32,10 +32,10 @@ use std::ops::Range;
 
 /// Separates viscous from sliding loss in a record of a decaying oscillation.
 ///
-/// Finds the free decay, follows amplitude and phase along it, fits the loss models `dA/dt = -(a0 + a1 A + a2
-/// A²)` (sliding, viscous, drag) and compares them. A requested model may have [further
-/// terms](crate::LossTerm). If the record shows the motion itself, every sample is compared with the exact
-/// motion, whose turning points obey
+/// Finds the free decay, follows amplitude and phase along it, fits the loss models
+/// `dA/dt = -(a0 + a1 A + a2 A²)` (sliding, viscous, drag) and compares them. A requested model may have
+/// [further terms](crate::LossTerm). If the record shows the motion itself, every sample is compared with the
+/// exact motion, whose turning points obey
 ///
 /// ```text
 /// |X_n| + C = e^(-n pi delta/omega_d) (|X_0| + C),   C = x_F coth(pi delta / 2 omega_d)

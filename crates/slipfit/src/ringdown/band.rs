@@ -14,9 +14,9 @@ use std::ops::Range;
 /// The answer for the motion within a band. The fitted motion is excluded from the filter, iteratively, until
 /// the losses no longer change.
 ///
-/// A filter smears the ends of a record, a stop and the turning points of friction over the time `1/(high -
-/// low)`, and the amplitudes there follow no law. The residuals of a motion near the true one contain only
-/// its errors: they alone are filtered, and the motion is added again.
+/// A filter smears the ends of a record, a stop and the turning points of friction over the time
+/// `1/(high - low)`, and the amplitudes there follow no law. The residuals of a motion near the true one
+/// contain only its errors: they alone are filtered, and the motion is added again.
 pub(super) fn beyond_filter<'a>(
     unfiltered: &Samples<'a>,
     filtered: Answer,

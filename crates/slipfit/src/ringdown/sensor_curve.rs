@@ -12,8 +12,8 @@ const POINTS: usize = 16;
 ///
 /// A tracker that sees `L sin θ` of a pendulum has `k = -1/(6 L²)` and `r = 1/(20 L²)`; the latter is
 /// noticeable above about 50°. A reading `tanh(g x)/g` has `k = -g²/3` and `r = 2g²/5` (Padé approximants,
-/// accurate to 0.1 % for `θ` and `g x` up to 1). With `x = A cos φ` and `r = 0` the third harmonic is `k
-/// A³/4`, and the fundamental `A + 3 k A³/4`: a reading that is too small at large amplitudes resembles
+/// accurate to 0.1 % for `θ` and `g x` up to 1). With `x = A cos φ` and `r = 0` the third harmonic is
+/// `k A³/4`, and the fundamental `A + 3 k A³/4`: a reading that is too small at large amplitudes resembles
 /// friction.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]

@@ -63,8 +63,9 @@ pub(crate) struct OneMode {
     pub(crate) noise: f64,
 }
 
-/// The weaker of two viscous modes, from a fit of `x = Σ e^(-delta_k t) (a_k cos omega_k t + b_k sin omega_k
-/// t) + c + d t` to the samples, started from the frequency and decay rate of the motion as a single mode.
+/// The weaker of two viscous modes, from a fit of
+/// `x = Σ e^(-delta_k t) (a_k cos omega_k t + b_k sin omega_k t) + c + d t` to the samples, started from the
+/// frequency and decay rate of the motion as a single mode.
 ///
 /// `None` if the second mode is not resolved from the first, or if the residuals of both are too large: in
 /// the window of the single mode or, if that window is a small part of the samples, in all of them.

@@ -32,8 +32,9 @@ pub(crate) struct WanderingPhase {
 impl WanderingPhase {
     /// `None` if the phases of the window show no walk in addition to white noise of `noise_rms` per sample.
     ///
-    /// A step of the walk at `t_k` shifts all later samples by `dx/dphi`, and the parameters by `(JᵀJ)⁻¹
-    /// g_k`, with `g_k` the sum of `J dx/dphi` from `t_k` on; the steps are independent of each other.
+    /// A step of the walk at `t_k` shifts all later samples by `dx/dphi`, and the parameters by
+    /// `(JᵀJ)⁻¹ g_k`, with `g_k` the sum of `J dx/dphi` from `t_k` on; the steps are independent of each
+    /// other.
     pub(crate) fn of(
         problem: &Waveform,
         fit: &Fit,

@@ -76,8 +76,8 @@ pub(crate) enum RestLevel {
 }
 
 /// Whether the rest position for this friction displacement determines the last half cycle: it must exceed
-/// [`WaveformCriteria::rest_errors`] standard errors of an amplitude from all `n` samples, `sigma sqrt(2 *
-/// 6/n)`.
+/// [`WaveformCriteria::rest_errors`] standard errors of an amplitude from all `n` samples,
+/// `sigma sqrt(2 * 6/n)`.
 pub(crate) fn rest_tells(x_f: f64, noise_rms: f64, n: usize, criteria: &WaveformCriteria) -> bool {
     x_f > criteria.rest_errors * noise_rms * (12.0 / n.max(1) as f64).sqrt()
 }

@@ -73,8 +73,8 @@ impl AmplitudeFit {
 
 /// Fits the decay under viscous and sliding friction to an amplitude trace.
 ///
-/// With `G = (1 - e^(-delta t))/delta`, which equals `t` without viscous loss, and the initial slope `s = a0
-/// + delta A_0`,
+/// With `G = (1 - e^(-delta t))/delta`, which equals `t` without viscous loss, and the initial slope
+/// `s = a0 + delta A_0`,
 ///
 /// ```text
 /// A(t) = A_0 e^(-delta t) - a0 G = A_0 - s G

@@ -37,8 +37,9 @@ pub struct EnvelopeFit {
 ///
 /// This is the ring-down under viscous and sliding friction, eq. (15) and (16)
 /// of Vitorino, Vieira and Rodrigues, *Effect of sliding friction in harmonic
-/// oscillators*. The paper gives `C = 4F/(pi gamma omega_0)`, the leading order of the exact `C = x_F coth(pi
-/// delta/2 omega_d)`, `x_F = F/k`; with `C` as an independent parameter the fit holds for both.
+/// oscillators*. The paper gives `C = 4F/(pi gamma omega_0)`, the leading order of the exact
+/// `C = x_F coth(pi delta/2 omega_d)`, `x_F = F/k`; with `C` as an independent parameter the fit holds for
+/// both.
 ///
 /// - `time_s`: s, in non-decreasing order; `t` counts from the first of them
 /// - `amplitude`: any unit, one per time; none may have been rectified by noise

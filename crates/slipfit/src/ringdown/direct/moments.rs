@@ -189,8 +189,8 @@ fn prefetch<T>(place: &T) {
     let _ = place;
 }
 
-/// `b_k` of `s q_(k-1) = b_k q_k + b_(k-1) q_(k-2)`, the Gram (discrete Chebyshev) polynomials: `k²(n² -
-/// k²)/(4(4k² - 1))` in units of the sampling step.
+/// `b_k` of `s q_(k-1) = b_k q_k + b_(k-1) q_(k-2)`, the Gram (discrete Chebyshev) polynomials:
+/// `k²(n² - k²)/(4(4k² - 1))` in units of the sampling step.
 pub(super) fn recurrence<const N: usize>(samples: usize) -> [f64; N] {
     let n = samples as f64;
     let scale = 2.0 / (n - 1.0);

@@ -66,8 +66,8 @@ pub struct DecayFit {
 /// ```
 ///
 /// and rests from the first turning point with `X_n <= x_F` on. Eq. (15) and (16) of Vitorino, Vieira and
-/// Rodrigues, *Effect of sliding friction in harmonic oscillators*, are its cycle average at high Q, with `C
-/// = 4F/(pi gamma omega_0)`.
+/// Rodrigues, *Effect of sliding friction in harmonic oscillators*, are its cycle average at high Q, with
+/// `C = 4F/(pi gamma omega_0)`.
 ///
 /// - `time_s`: s, non-decreasing, in arbitrary steps
 /// - `signal`: displacement in any unit, one value per time

@@ -131,8 +131,8 @@ fn nodes(data: &Amplitudes) -> Vec<Node> {
     shares.into_iter().map(|(_, node)| node).collect()
 }
 
-/// `4 (A² + sigma²)`, the ratio of the variance of a square to that of its amplitude, with `floor = 2
-/// sigma²`.
+/// `4 (A² + sigma²)`, the ratio of the variance of a square to that of its amplitude, with
+/// `floor = 2 sigma²`.
 fn spread_of_square(amplitude: f64, largest: f64, floor: f64) -> f64 {
     4.0 * (amplitude * amplitude + 0.5 * floor).max(LEAST_SQUARE * largest * largest)
 }

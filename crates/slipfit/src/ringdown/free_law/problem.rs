@@ -108,8 +108,8 @@ impl LeastSquares for FreeProblem {
     }
 }
 
-/// Amplitude and its derivatives at one time, and the rates of all: `d/dt A = -g`, `d/dt A_k = -g' A_k -
-/// psi_k`.
+/// Amplitude and its derivatives at one time, and the rates of all: `d/dt A = -g`,
+/// `d/dt A_k = -g' A_k - psi_k`.
 #[derive(Clone)]
 struct State {
     amplitude: f64,
