@@ -22,7 +22,7 @@ pub(super) struct Remainder {
     /// Ratio of the spectral density of all residuals near the frequency of the motion to that of white
     /// noise, minus its standard error.
     coloured: f64,
-    /// The same ratio at the harmonics of the motion.
+    /// The same ratio for the second and third harmonic, from the density next to them.
     coloured_at_harmonics: f64,
     /// Variance of white noise with the spectral density that the residuals have at the lowest frequencies.
     pub(super) low_frequency: f64,

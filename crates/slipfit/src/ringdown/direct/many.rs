@@ -9,8 +9,8 @@ use std::f64::consts::{FRAC_PI_2, SQRT_2, TAU};
 const LANES: usize = 8;
 type Lanes = [f64; LANES];
 
-/// Degrees of freedom beyond which the F distribution differs from the normal one by less than 1 % at p =
-/// 1e-3; its evaluation takes longer than the fit.
+/// Degrees of freedom above which the normal distribution is used: there the quantile of the F distribution at
+/// p = 1e-3 differs from it by about 1 %, and its evaluation takes longer than the fit.
 const NORMAL: f64 = 200.0;
 
 impl AmplitudeFit {
