@@ -1,4 +1,4 @@
-//! Intervals that count the choice of model.
+//! Intervals that account for the uncertainty of the choice of model.
 
 use super::describe::error_of_interval;
 use crate::Quantity;
@@ -13,9 +13,10 @@ use crate::numeric::roots::root;
 use statrs::function::erf::erfc;
 use std::f64::consts::SQRT_2;
 
-/// The interval stretched by what other models say: to the end beyond which the tails of all estimates, each
-/// by its weight, hold 2.5 % (Turek and Fletcher 2012, Computational Statistics and Data Analysis 56, 2809);
-/// not inside the interval of the estimate itself. The standard error becomes at least that of the interval.
+/// Widens the interval to account for other models: each end moves out to the point beyond which the tails of all
+/// estimates, weighted by their probabilities, contain 2.5 % (Turek and Fletcher 2012, Computational Statistics and
+/// Data Analysis 56, 2809), and never inside the interval of the estimate itself. The standard error is raised to at
+/// least that of the interval.
 pub(crate) fn stretched(mut q: Quantity, others: &[Weighed]) -> Quantity {
     let known = |o: &&Weighed| o.value.is_finite() && o.std_error.is_finite() && o.std_error > 0.0;
     let others: Vec<Weighed> = others.iter().filter(known).copied().collect();
@@ -32,18 +33,18 @@ pub(crate) fn stretched(mut q: Quantity, others: &[Weighed]) -> Quantity {
     q
 }
 
-/// By which factor other models widen an interval.
+/// Factor by which other models widen an interval.
 pub(crate) fn widening(q: &Quantity, others: &[Weighed]) -> f64 {
     let width = |q: &Quantity| q.interval_95[1] - q.interval_95[0];
     width(&stretched(q.clone(), others)) / width(q)
 }
 
-/// The end of an interval, the upper one for a `side` of 1.
+/// One end of an interval: the upper one if `side` is 1, the lower one if it is -1.
 fn end(q: &Quantity, others: &[Weighed], side: f64) -> f64 {
     let end = if side < 0.0 { q.interval_95[0] } else { q.interval_95[1] };
     let all: f64 = others.iter().map(|o| o.weight).sum();
     let own = (1.0 - all).max(0.0);
-    // Normal tails, each half with the width that its end has.
+    // Normal tails; the width on each side is that of the end on that side.
     let width = side * (end - q.value) / Z_95;
     let tail = |at: f64| {
         let beyond = |value: f64, width: f64| 0.5 * erfc(side * (at - value) / (width * SQRT_2));
@@ -56,25 +57,26 @@ fn end(q: &Quantity, others: &[Weighed], side: f64) -> f64 {
     if far == end || tail(end) <= 0.025 { end } else { root(end, far, |at| tail(at) - 0.025) }
 }
 
-/// A loss that the reported model has not, and that the data do not exclude: its probability and its
-/// coefficient, which moves the other parameters along.
+/// A loss that the reported model does not have and that the data do not exclude: its probability and its coefficient,
+/// with which the other parameters are correlated.
 ///
-/// Before the data the coefficient lies anywhere between zero and what would take the place of all viscous loss. A range
-/// as wide leaves hardly any weight on a weak loss, which moves the others by many of the errors of a precise record: with
-/// smaller odds the coefficient lies within a small part of it.
+/// The prior of the coefficient is uniform between zero and the value at which it would replace all viscous loss. So
+/// wide a prior gives a weak loss hardly any weight, although in a precise record a weak loss may shift the other
+/// parameters by many standard errors. Therefore a second prior, with smaller odds, is confined to a small part of this
+/// range.
 #[derive(Debug, Clone, Copy)]
 struct AbsentLoss<'a> {
     comparison: &'a ModelComparison,
     with: &'a ModelFit,
     slot: usize,
     coefficient: AbsentCoefficient,
-    /// Of the coefficient, without limits.
+    /// Standard error of the coefficient without limits.
     std_error: f64,
 }
 
 impl<'a> AbsentLoss<'a> {
-    /// The `term` beside those terms of the chosen model that are `kept`; `None` where the model has it or no fit
-    /// with it was made. One for each of the ranges that its coefficient may lie in.
+    /// Adds `term` to those terms of the chosen model that are `kept`; one result for each of the two prior ranges of
+    /// its coefficient. `None` if the model already has the term or no fit with it exists.
     fn of_ranges(
         comparison: &'a ModelComparison,
         chosen: &ModelFit,
@@ -109,16 +111,16 @@ impl<'a> AbsentLoss<'a> {
         Some([[1.0, 1.0], [weak_loss, weak_loss_odds]].map(of_range))
     }
 
-    /// By which the coefficient moves a quantity with this `gradient` by the parameters.
+    /// Change of a quantity with this `gradient` (with respect to the parameters) per unit of the coefficient.
     fn slope(&self, gradient: &[(usize, f64)]) -> f64 {
         let covariance = |i: usize, j: usize| self.with.unbounded.unit_covariance[(i, j)];
         let along: f64 = gradient.iter().map(|(i, g)| g * covariance(*i, self.slot)).sum();
         along / covariance(self.slot, self.slot)
     }
 
-    /// What the model with the loss says of a quantity whose `gradient` by the parameters is given: each value of its
-    /// coefficient moves it along the covariance from what it is `without`, and leaves the error that it has given that
-    /// value. `total`: the odds of all models.
+    /// Estimate, by the model with the loss, of a quantity with this `gradient` with respect to the parameters. Each
+    /// value of the coefficient shifts it along the covariance from its value `without` the loss; the variance
+    /// conditional on the coefficient is added. `total`: sum of the odds of all models.
     fn weighed(&self, gradient: &[(usize, f64)], without: f64, total: f64) -> Weighed {
         let fit = &self.with.unbounded;
         let covariance = |i: usize, j: usize| fit.unit_covariance[(i, j)];
@@ -132,8 +134,9 @@ impl<'a> AbsentLoss<'a> {
     }
 }
 
-/// The losses that the chosen model has not and the data do not exclude, and what the models with them say of a
-/// quantity with this `gradient` by the parameters: the coefficient of the term `of`, or of none.
+/// Losses that the chosen model does not have and the data do not exclude, with the estimates by the models that have
+/// them for a quantity with this `gradient` with respect to the parameters. `of`: the loss term whose coefficient the
+/// quantity is, if any.
 pub(crate) fn absent_losses(
     comparison: &ModelComparison,
     chosen: &ModelFit,
@@ -149,7 +152,7 @@ pub(crate) fn absent_losses(
     };
     let alone = LossTerm::compared(None)
         .flat_map(|t| absent(t, &|t| !at_limit(t)).map(move |loss| (t, loss, q.value)));
-    // A loss that is nothing by itself may be there beside another one that opposes it.
+    // A loss that is zero on its own may be present together with another one of opposite effect.
     let all_kept = LossTerm::compared(None).filter(|_| !limited.is_empty());
     let all_kept = all_kept.flat_map(|t| absent(t, &|_| true).map(move |loss| (t, loss)));
     let beside = all_kept.filter_map(|(t, loss)| {
@@ -164,11 +167,11 @@ pub(crate) fn absent_losses(
     found.iter().map(|(t, loss, without)| (*t, loss.weighed(gradient, *without, total))).unzip()
 }
 
-/// What the models that have another loss in place of viscous damping say of a quantity; `value` gives the
-/// quantity and its standard error for a fit. Nothing where the chosen model has no viscous damping.
+/// Estimates of a quantity by the models that have another loss in place of viscous damping; `value` returns the
+/// quantity and its standard error for a fit. Empty if the chosen model has no viscous damping.
 ///
-/// A model with the other loss beside viscous loss leaves little weight on their end, where viscous loss is nothing:
-/// the one with as many parameters is as probable before the data.
+/// A model with both losses gives little weight to the limiting case of zero viscous loss, whereas the model with the
+/// other loss alone has as many parameters as the chosen one and is equally probable a priori.
 pub(crate) fn exchanged_losses(
     comparison: &ModelComparison,
     chosen: &ModelFit,
@@ -201,10 +204,10 @@ mod tests {
         assert!((high - q.interval_95[1]).abs() < 1e-6, "{high}");
         let aside = Weighed { weight: 0.5, value: 2.0, std_error: 0.1 };
         let found = stretched(q.clone(), &[aside]);
-        // Half of 5 % beyond: 1.645 of its errors.
+        // Half of the weight: its upper 5 %, i.e. 1.645 of its standard errors.
         assert!((found.interval_95[1] - 2.1645).abs() < 1e-3, "{:?}", found.interval_95);
         assert_eq!(found.interval_95[0], q.interval_95[0]);
-        // One in a hundred beyond: 1.5 % of the rest are left for the own tail.
+        // A weight of 1 % lies beyond, which leaves 1.5 % for the tail of the estimate itself.
         let unlikely = Weighed { weight: 0.01, ..aside };
         let end = stretched(q.clone(), &[unlikely]).interval_95[1];
         let own = 0.99 * 0.5 * erfc((end - 1.0) / (0.1 * SQRT_2));

@@ -1,4 +1,4 @@
-//! From displacements to forces.
+//! Conversion from displacements to forces.
 
 use super::parameter::Parameter;
 use super::quantity::Quantity;
@@ -6,7 +6,7 @@ use crate::Error;
 use crate::model::displacement::{Coordinate, DisplacementUnit, before_time};
 use crate::model::oscillator::{above_zero, at_least_zero};
 
-/// The one mechanical constant a displacement record cannot give.
+/// The mechanical constant that a displacement record cannot determine.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Calibration {
@@ -28,7 +28,7 @@ pub enum Calibration {
 
 impl Calibration {
     /// # Errors
-    /// [`Error::Parameter`] where the constant is not above zero and finite, or its error below zero.
+    /// [`Error::Parameter`] if the constant is not positive and finite, or its standard error is negative.
     pub(crate) fn check(self) -> Result<(), Error> {
         let (Self::Stiffness { value, std_error } | Self::Mass { value, std_error }) = self;
         above_zero("calibration", value)?;
@@ -43,7 +43,7 @@ impl Calibration {
         }
     }
 
-    /// Its standard error over its value.
+    /// Relative standard error.
     pub(crate) fn relative_error(self) -> f64 {
         let (Self::Stiffness { value, std_error } | Self::Mass { value, std_error }) = self;
         std_error / value
@@ -59,8 +59,8 @@ impl Calibration {
     }
 }
 
-/// `gamma = 2 m delta` and `F = k x_F`, with `k = m omega_0²`; a displacement in a unit of
-/// no known length, or in none, gives the force in N/m times it.
+/// `gamma = 2 m delta` and `F = k x_F`, with `k = m omega_0²`. If the displacement has no unit, or a unit of unknown
+/// length, the force is in N/m times that unit.
 pub(crate) fn physical(
     calibration: Calibration,
     omega_0: f64,
@@ -90,8 +90,8 @@ pub(crate) fn physical(
     ]
 }
 
-/// Factor to metres or radians (of a rate or an acceleration, to those a second), and whether the
-/// unit is an angle; `None` for what is neither.
+/// Factor to metres or radians (for a rate or an acceleration, to metres or radians per s or s²), and whether the unit
+/// is an angle. The factor is `None` for any other unit.
 fn length_in_metres(unit: &str) -> (Option<f64>, bool) {
     let unit = before_time(unit);
     match DisplacementUnit::named(&unit) {

@@ -1,8 +1,8 @@
-//! Lists of points as columns: a notebook wants arrays, not an array of objects.
+//! Lists of points as columns, because a notebook needs arrays rather than an array of objects.
 
-/// Declares the columns that a list of points becomes in JSON, and a module with their serialiser:
-/// `#[serde(serialize_with = "module::serialize")]`, `#[schemars(with = "module::Columns")]`. Their
-/// schema tells what the fields of a point mean.
+/// Declares the columns to which a list of points is converted in JSON, and a module with their serialiser:
+/// `#[serde(serialize_with = "module::serialize")]`, `#[schemars(with = "module::Columns")]`. Their schema contains the
+/// descriptions of the fields of a point.
 macro_rules! columns {
     ($module:ident of $point:ty { $($field:ident: $type:ty),+ $(,)? }) => {
         #[cfg(feature = "serde")]
@@ -39,7 +39,7 @@ macro_rules! columns {
 }
 pub(crate) use columns;
 
-/// A list under the name of each field of a point.
+/// Schema with one list for each field of a point.
 #[cfg(feature = "schema")]
 pub(crate) fn schema(point: &schemars::Schema, fields: &[&'static str]) -> schemars::Schema {
     let column = |field: &&'static str| {

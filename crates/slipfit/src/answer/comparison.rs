@@ -1,5 +1,5 @@
-//! What the comparison of loss models says: each model's fit, the evidence for sliding friction,
-//! correlations of the estimates.
+//! Results of the comparison of loss models: the fit of each model, the evidence for sliding friction, correlations of
+//! the estimates.
 
 use super::parameter::Parameter;
 use crate::model::loss::LossModel;
@@ -11,17 +11,17 @@ use crate::model::loss::LossModel;
 pub struct Candidate {
     /// The model.
     pub model: LossModel,
-    /// Bayesian information criterion; differences count, the zero is arbitrary.
+    /// Bayesian information criterion; only differences are meaningful.
     pub bic: f64,
-    /// `bic` above the best candidate's.
+    /// `bic` minus that of the best candidate.
     pub delta_bic: f64,
-    /// Root mean square of the residual (of each quadrature when complex), signal unit.
+    /// Root mean square of the residuals (of each quadrature if complex), in the unit of the signal.
     pub rms: f64,
-    /// Number of free parameters, nuisances included.
+    /// Number of free parameters, nuisance parameters included.
     pub free_parameters: usize,
-    /// Whether the fit met its tolerance.
+    /// Whether the fit converged to its tolerance.
     pub converged: bool,
-    /// The loss coefficient that this model ended on the limit (zero) with, if any.
+    /// The loss coefficient at its limit (zero) in this model, if any.
     pub at_limit: Option<Parameter>,
     /// Fitted values; zero for loss terms the model does not have.
     #[cfg_attr(feature = "serde", serde(flatten))]
@@ -57,31 +57,29 @@ impl FromIterator<(Parameter, f64)> for Values {
     }
 }
 
-/// Is there sliding friction, and how much of the loss is it?
+/// Evidence for sliding friction, and its share of the loss.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SlidingEvidence {
-    /// Sliding friction is needed: `p_value` below 0.01 and the BIC prefers it; beside a sensor curve, three
-    /// standard errors of the friction displacement.
+    /// Whether sliding friction is detected: `p_value` is below 0.01 and the BIC prefers it; if a sensor curve is
+    /// fitted, the friction displacement must also exceed three standard errors.
     pub detected: bool,
-    /// Probability that data without sliding friction would look at least this much like data with
-    /// it, given the best model without it. One-sided: friction cannot be negative.
+    /// Probability that data without sliding friction would give at least this likelihood ratio, under the best model
+    /// without it. One-sided: friction cannot be negative.
     pub p_value: f64,
-    /// BIC of the best model without sliding minus that of the best with it.
+    /// BIC of the best model without sliding friction minus that of the best model with it.
     pub delta_bic: f64,
-    /// Sliding share of the loss at the highest amplitude used (the start of a decay, the peak of a
-    /// curve), in the chosen model.
+    /// Share of sliding friction in the loss at the highest amplitude used (the start of a decay, the peak of a curve),
+    /// in the chosen model.
     pub share_at_highest: f64,
-    /// Sliding share of the loss at the lowest amplitude used.
+    /// Share of sliding friction in the loss at the lowest amplitude used.
     pub share_at_lowest: f64,
-    /// From this instant on, s, sliding carries more than 95 % of the loss of a decay.
+    /// Instant, s, from which sliding friction accounts for more than 95 % of the loss of a decay.
     pub dominates_from_s: Option<f64>,
-    /// Probability of the data under a purely viscous loss (one-sided F test against the chosen
-    /// model); 1 when the chosen model is viscous.
+    /// p value of a purely viscous loss (one-sided F test against the chosen model); 1 if the chosen model is viscous.
     pub viscous_only_p_value: f64,
-    /// Whether a purely viscous loss is excluded: that probability is below the threshold of
-    /// [`detected`](Self::detected).
+    /// Whether a purely viscous loss is excluded: its p value is below the threshold of [`detected`](Self::detected).
     #[cfg_attr(feature = "serde", serde(skip))]
     pub viscous_only_excluded: bool,
 }

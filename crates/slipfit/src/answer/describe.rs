@@ -27,13 +27,12 @@ pub(crate) struct LossFit<'a> {
 }
 
 impl LossFit<'_> {
-    /// Estimate and interval of the coefficient in `slot`, which lies between zero and `most`, with the
-    /// coefficients in `others` of the same fit kept from falling below zero; `curved` asks for the
-    /// profile also far from zero.
+    /// Estimate and interval of the coefficient in `slot`, which lies between zero and `most`. The coefficients in
+    /// `others` of the same fit are kept non-negative; `curved` requests the profile also far from zero.
     ///
-    /// The value is that of the constrained optimum. Where another coefficient is at or near its limit
-    /// the sum of squares has a kink there, and the interval is the profile's. `None` where no such optimum is
-    /// reached, or none from which the sum of squares rises: no data say that a loss is exactly zero.
+    /// The value is that of the constrained optimum. If another coefficient is at or near its limit, the sum of squares
+    /// has a kink there, and the interval is taken from the profile. `None` if no such optimum is reached, or if the
+    /// sum of squares does not rise from it: no data show that a loss is exactly zero.
     pub(crate) fn estimate(
         &self,
         slot: usize,
@@ -61,13 +60,13 @@ impl LossFit<'_> {
             return None;
         }
         if near {
-            // The error beside the kink is that of the interval, not that of the optimum on the limit.
+            // Near the kink the standard error follows from the interval, not from the optimum on the limit.
             found.std_error = found.std_error.max(error_of_interval(found.value, found.interval));
         }
         Some(found)
     }
 
-    /// Whether one of these coefficients is at its limit or near it.
+    /// Whether one of these coefficients is at or near its limit.
     pub(crate) fn is_near_limit(&self, slots: &[usize]) -> bool {
         let Self { unbounded, noise, near_limit, .. } = *self;
         let near = |i: usize| !(unbounded.parameters[i] > near_limit * noise.std_error(unbounded, i));
@@ -75,7 +74,7 @@ impl LossFit<'_> {
     }
 }
 
-/// The fit with these coefficients kept from falling below zero.
+/// The fit with these coefficients kept non-negative.
 pub(crate) fn constrained<'a>(
     problem: &dyn LeastSquares,
     unbounded: &'a Fit,
@@ -87,33 +86,33 @@ pub(crate) fn constrained<'a>(
     if below.is_empty() {
         return Some(Cow::Borrowed(unbounded));
     }
-    // On its limit each such coefficient pulls the others along.
+    // Setting such a coefficient to its limit shifts the others.
     let start = given(unbounded, &below).map_or_else(|| unbounded.parameters.clone(), |(_, p)| p);
-    // Beside another one on its limit a coefficient below zero may rise above it.
+    // If another coefficient is held at its limit, a negative coefficient may become positive.
     minimise_bounded(problem, &start, &unbounded.free, non_negative, STEP_TOLERANCE).map(Cow::Owned)
 }
 
-/// A coefficient the data were never asked for.
+/// Estimate of a coefficient that was not fitted.
 pub(crate) fn unknown() -> Estimate {
     Estimate { value: 0.0, unbounded: 0.0, std_error: f64::INFINITY, interval: [0.0, f64::INFINITY] }
 }
 
-/// A coefficient whose error the data do not give: anything from zero to `most`.
+/// Estimate of a coefficient whose standard error the data do not determine: anything from zero to `most`.
 pub(crate) fn undetermined(value: f64, most: Option<f64>) -> Estimate {
     let interval = [0.0, most.map_or(f64::INFINITY, |m| m.max(value))];
     Estimate { value, unbounded: value, std_error: error_of_interval(value, interval), interval }
 }
 
-/// The standard error that goes with a 95 % interval: half of its width over 1.96; for a value at its lower end,
-/// which is a limit, the whole width.
+/// Standard error that corresponds to a 95 % interval: half of its width over 1.96, or the whole width over 1.96 if the
+/// value is at the lower end, which is a limit.
 pub(crate) fn error_of_interval(value: f64, [lower, upper]: [f64; 2]) -> f64 {
     let half = if value <= lower { upper - lower } else { 0.5 * (upper - lower) };
     half / Z_95
 }
 
-/// A value that cannot be negative as it is reported: zero where the chosen model has no such term
-/// (`present`), its interval from there to the upper end of the one with the term. At zero its standard error is at
-/// least that of the interval: the curvature there is that of the optimum on the limit.
+/// Reported form of a value that cannot be negative. If the chosen model has no such term (`present` is false), the
+/// value is zero and the interval runs from zero to the upper end found with the term. At zero the standard error is at
+/// least that of the interval, because the curvature there is that of the optimum on the limit.
 pub(crate) fn non_negative(found: Estimate, present: bool, unit: String) -> Quantity {
     let value = if present { found.value.max(0.0) } else { 0.0 };
     let [low, high] = found.interval.map(|v| v.max(0.0));
@@ -125,24 +124,24 @@ pub(crate) fn non_negative(found: Estimate, present: bool, unit: String) -> Quan
     Quantity { value, std_error, interval_95, unbounded_value: found.unbounded, unit }
 }
 
-/// `Q = omega_0/(2 delta)`, the viscous part only, with `omega_0` for each decay rate; infinite where
-/// no viscous loss is seen.
+/// `Q = omega_0/(2 delta)`, the viscous part only, with `omega_0` as a function of the decay rate; infinite if no
+/// viscous loss is found.
 pub(crate) fn q_factor(delta: &Quantity, omega_0: impl Fn(f64) -> f64) -> Quantity {
-    // A rate without a limit: both grow alike.
+    // An infinite rate is replaced by the largest number: `omega_0` and the rate grow in the same proportion.
     let q = |d: f64| if d > 0.0 { omega_0(d.min(f64::MAX)) / d.min(f64::MAX) / 2.0 } else { f64::INFINITY };
     let value = q(delta.value);
     let [least, most] = delta.interval_95;
     Quantity {
         value,
         std_error: if value.is_finite() { value * delta.std_error / delta.value } else { f64::INFINITY },
-        // Rounding may exchange ends next to the value.
+        // Rounding may interchange ends that are close to the value.
         interval_95: [q(most).min(value), q(least).max(value)],
         unbounded_value: omega_0(delta.unbounded_value) / (2.0 * delta.unbounded_value),
         unit: String::new(),
     }
 }
 
-/// A parameter of a fit in another unit, its interval symmetric: `factor (p + offset)`.
+/// A parameter of a fit in another unit, with a symmetric interval: `factor (p + offset)`.
 pub(crate) fn symmetric(
     noise: NoiseModel,
     fit: &Fit,
@@ -157,8 +156,8 @@ pub(crate) fn symmetric(
     q
 }
 
-/// What is to be said about the choice of the model: one asked for that the data do not determine, or that is worse
-/// by more than `bic`, or a rival as good as the preferred one to within it.
+/// Warning about the choice of the model: the requested model is not determined by the data or has a BIC higher by more
+/// than `bic`, or a rival is as good as the preferred model to within `bic`.
 pub(crate) fn model_choice(
     comparison: &ModelComparison,
     asked: Option<LossModel>,
@@ -183,7 +182,7 @@ pub(crate) fn model_choice(
     Some(Warning::AmbiguousModel { chosen: preferred.model, rival: rival.model, delta_bic })
 }
 
-/// Every model as the table of candidates has it, best first; `rms` and `values` describe one fit.
+/// All models for the table of candidates, best first; `rms` and `values` describe one fit.
 pub(crate) fn candidates(
     comparison: &ModelComparison,
     rms: impl Fn(&ModelFit) -> f64,
@@ -209,14 +208,14 @@ fn by_bic(list: &mut [Candidate]) {
     sort_by_value(list, |c| c.bic);
 }
 
-/// Correlations of the free parameters among those named, in their order.
+/// Correlations of those named parameters that are free, in the given order.
 pub(crate) fn correlations(fit: &Fit, named: &[(usize, Parameter)]) -> Vec<Correlation> {
     let free: Vec<_> = named.iter().filter(|(slot, _)| fit.free.contains(slot)).collect();
     let pairs = free.iter().enumerate().flat_map(|(i, a)| free[i + 1..].iter().map(move |b| (a, b)));
     pairs.map(|(a, b)| Correlation { parameters: [a.1, b.1], value: fit.correlation(a.0, b.0) }).collect()
 }
 
-/// The evidence for sliding friction beside the chosen model, given its shares of the loss.
+/// The evidence for sliding friction, with the shares of the loss in the chosen model.
 pub(crate) fn sliding_evidence(
     comparison: &ModelComparison,
     chosen: &ModelFit,
@@ -237,7 +236,7 @@ pub(crate) fn sliding_evidence(
     }
 }
 
-/// The fit that tells a loss coefficient, and whether the chosen model has it.
+/// The fit that determines a loss coefficient, and whether the chosen model has that loss.
 pub(crate) fn fit_of<'a>(
     comparison: &'a ModelComparison,
     chosen: &'a ModelFit,

@@ -1,4 +1,4 @@
-//! What helps where an analysis could not be done.
+//! Hints for analyses that failed.
 
 use super::hint::{Analysis, Hint};
 use crate::Error;
@@ -6,8 +6,8 @@ use crate::error::{BEYOND_NUMBERS, FALLS_AS_AMPLITUDES, NO_MORE_THAN_A_LINE};
 use crate::model::displacement::Coordinate;
 
 impl Error {
-    /// What a person can do about it in the analysis that was asked for, mostly an option; empty where
-    /// nothing is known to help beyond what the message says.
+    /// What a person can do about the error in the requested analysis, usually by an option; empty if nothing is known
+    /// beyond what the message says.
     ///
     /// ```
     /// use slipfit::{Error, answer::hint::Analysis};
@@ -48,7 +48,7 @@ impl Error {
                     vec![Hint::advice("measure at more levels of the drive, below and above the threshold")]
                 }
             },
-            // Another unit helps, as the reason says.
+            // As the reason states, a change of unit helps.
             Self::NoFit { reason } if *reason == BEYOND_NUMBERS => Vec::new(),
             Self::NoFit { .. } => match analysis {
                 Analysis::Ringdown => {
@@ -84,7 +84,7 @@ impl Error {
                 alternatives(["drive_amplitude", "reference"], "gives it").into()
             }
             Self::WrongCoordinate { unit, .. } => other_constants(unit),
-            // The message says it.
+            // The message is sufficient.
             Self::Parameter { .. }
             | Self::Band { .. }
             | Self::MissingParameter { .. }
@@ -110,7 +110,7 @@ fn free_decay_by_hand() -> Vec<Hint> {
     hints
 }
 
-/// The constants that can calibrate a signal in `unit`, or the unit that those given need.
+/// The constants that can calibrate a signal in `unit`, or the unit that the given constants require.
 fn other_constants(unit: &str) -> Vec<Hint> {
     let angle = |advice: &'static str| ["deg", "rad"].map(|unit| Hint::new("unit", advice).with(unit));
     let read = || Hint::new("unit", "changes the unit read");

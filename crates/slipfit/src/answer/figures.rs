@@ -1,6 +1,7 @@
-//! Numbers in sentences.
+//! Formatting of numbers in sentences.
 
-/// A number with so many significant digits, those before the point all, zeros behind it none.
+/// A number with the given count of significant digits; all digits before the decimal point are kept, trailing zeros
+/// after it are dropped.
 pub(crate) fn figures(value: f64, digits: i32) -> String {
     if !(value.is_finite() && value != 0.0) {
         return format!("{value}");
@@ -10,7 +11,7 @@ pub(crate) fn figures(value: f64, digits: i32) -> String {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
-/// A number in a unit with the prefix that leaves one to three digits before the point.
+/// A number in a unit with the SI prefix that leaves one to three digits before the decimal point.
 pub(crate) fn scaled(value: f64, digits: i32, unit: &str) -> String {
     const PREFIXES: [&str; 9] = ["f", "p", "n", "µ", "m", "", "k", "M", "G"];
     let third = (value.abs().log10() / 3.0).floor();
@@ -19,12 +20,12 @@ pub(crate) fn scaled(value: f64, digits: i32, unit: &str) -> String {
     format!("{} {prefix}{unit}", figures(value / 1000f64.powf(third), digits))
 }
 
-/// A number of things, of which one has no `s`.
+/// A count of things, with a plural `s` unless it is one.
 pub(crate) fn counted(count: usize, thing: &str) -> String {
     format!("{count} {thing}{}", if count == 1 { "" } else { "s" })
 }
 
-/// Decay times recorded.
+/// Length of a record in decay times.
 pub(crate) fn decay_times(count: f64) -> String {
     let text = figures(count, if count < 1.0 { 2 } else { 3 });
     if count < 1.0 && text != "1" { format!("{text} of a decay time") } else { format!("{text} decay times") }

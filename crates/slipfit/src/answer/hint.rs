@@ -2,7 +2,7 @@
 
 use std::{borrow::Cow, fmt};
 
-/// Advice that mostly names an option and, where one is known, the value to give it.
+/// Advice that usually names an option and, if known, a value for it.
 ///
 /// Libraries name options by the field of the options structure that holds them (`band_hz`); a
 /// program spells them its own way with [`Hint::spelled`]: `--band 79 82` on a command line,
@@ -20,7 +20,7 @@ use std::{borrow::Cow, fmt};
 pub struct Hint {
     /// Field of an options structure, such as `rate_hz`, or `analysis`; `None` if no option helps.
     pub option: Option<&'static str>,
-    /// The value to give it, where one is known.
+    /// The value to give it, if known.
     pub value: Option<HintValue>,
     /// What the option does, as a predicate (`isolates one mode`), or a whole sentence if no
     /// option helps.
@@ -86,7 +86,7 @@ impl From<&str> for HintValue {
     }
 }
 
-/// How a program writes an option and its value, if there is one.
+/// How a program writes an option and its value, if any.
 pub type Spelling<'a> = &'a dyn Fn(&'static str, Option<&HintValue>) -> String;
 
 impl Hint {
@@ -105,7 +105,7 @@ impl Hint {
         Self { option: None, value: None, advice: advice.into() }
     }
 
-    /// The same with a value for the option.
+    /// The same hint with a value for the option.
     #[must_use]
     pub fn with(self, value: impl Into<HintValue>) -> Self {
         Self { value: Some(value.into()), ..self }
@@ -117,8 +117,8 @@ impl Hint {
     }
 }
 
-/// Several hints as one sentence: those with the same advice are alternatives (`a or b narrows
-/// it`), the others follow each other behind semicolons.
+/// Several hints as one sentence: hints with the same advice are alternatives (`a or b narrows it`), the others follow
+/// one another, separated by semicolons.
 ///
 /// ```
 /// use slipfit::answer::hint::{Hint, spelled};

@@ -1,24 +1,24 @@
-//! What a law leaves of the amplitudes along a decay: its size and its shape.
+//! Residuals of a law along a decay: their size and shape.
 
 use super::figures::figures;
 use std::fmt;
 
-/// What the law leaves of the amplitudes along the decay.
+/// Residuals of the amplitudes along the decay with respect to the law.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Misfit {
     /// Root mean square of the residuals over that of the amplitudes.
     pub relative_rms: f64,
-    /// Largest residual over the amplitude at its instant, where noise is less than that.
+    /// Largest residual over the amplitude at its instant, where the noise is smaller than the residual.
     pub largest: f64,
-    /// Instant of it, s on the record's clock.
+    /// Instant of the largest residual, s on the clock of the record.
     pub largest_at_s: f64,
-    /// How the residuals run along the decay.
+    /// Shape of the residuals along the decay.
     pub shape: MisfitShape,
 }
 
-/// How residuals run along a decay, which tells what a law lacks.
+/// Shape of the residuals along a decay, which indicates what the law lacks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize), serde(tag = "kind", rename_all = "snake_case"))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -26,19 +26,19 @@ pub struct Misfit {
 pub enum MisfitShape {
     /// A smooth arc: a loss term is missing.
     Bow,
-    /// A corner: the loss changes at an instant.
+    /// A corner: the loss changes at some instant.
     Kink {
-        /// Its instant, s on the record's clock.
+        /// Its instant, s on the clock of the record.
         time_s: f64,
     },
-    /// A periodic wobble: a second mode at this distance from the first.
+    /// A periodic beat: a second mode at this frequency difference.
     Wobble {
-        /// Difference of the frequencies, Hz.
+        /// Difference of the two frequencies, Hz.
         frequency_hz: f64,
     },
-    /// The end of the decay only.
+    /// Only the end of the decay.
     End {
-        /// Instant from which on the law fails, s on the record's clock.
+        /// Instant from which the law fails, s on the clock of the record.
         from_s: f64,
     },
     /// No shape: scatter beyond the noise.

@@ -1,4 +1,4 @@
-//! What every analysis answers with: parameters with uncertainties, and what they rest on.
+//! What every analysis returns: parameters with uncertainties, and the evidence for them.
 
 pub(crate) mod averaged;
 pub mod calibration;

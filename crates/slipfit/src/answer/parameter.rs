@@ -43,7 +43,7 @@ macro_rules! parameters {
                 }
             }
 
-            /// How its unit follows from the signal's.
+            /// Rule by which its unit follows from that of the signal.
             pub(crate) const fn unit_rule(self) -> UnitRule {
                 match self {
                     Parameter::Loss(term) => term.unit(),
@@ -61,25 +61,25 @@ parameters! {
     NaturalFrequency: "natural_frequency_hz", "natural frequency", "f₀", UnitRule::Fixed("Hz");
     /// Quality factor of the viscous part alone, `omega_0/(2 delta)`.
     QFactor: "q_factor", "viscous quality factor", "Q", UnitRule::Fixed("");
-    /// Rate `a0` at which sliding friction takes amplitude.
+    /// Rate `a0` at which sliding friction reduces the amplitude.
     SlidingRate: "sliding_rate", "sliding rate", "a₀", UnitRule::SignalPerSecond;
-    /// Exponent of the amplitude in a loss by a power of it.
+    /// Exponent `n` of a loss that is a power of the amplitude.
     LossExponent: "loss_exponent", "exponent of the loss", "n", UnitRule::Fixed("");
-    /// Velocity at which friction has fallen, over the first velocity amplitude: `v_s/(A0 omega)`.
+    /// Characteristic velocity of the decrease of friction over the first velocity amplitude: `v_s/(A0 omega)`.
     StribeckVelocityRatio: "stribeck_velocity_ratio", "Stribeck velocity ratio", "v_s/A₀ω", UnitRule::Fixed("");
-    /// Amplitude below which contacts hold, over the initial amplitude: `A_b/A0`.
+    /// Amplitude below which contacts stick, over the initial amplitude: `A_b/A0`.
     BreakAmplitudeRatio: "break_amplitude_ratio", "break amplitude ratio", "A_b/A₀", UnitRule::Fixed("");
     /// Amplitude at the first instant used.
     InitialAmplitude: "initial_amplitude", "initial amplitude", "A₀", UnitRule::Signal;
-    /// Amplitude `x_0` of the drive at the base.
+    /// Amplitude `x_0` of the motion of the base.
     DriveAmplitude: "drive_amplitude", "drive amplitude", "x₀", UnitRule::Signal;
     /// `beta = 4 x_F/(pi x_0)`.
     FrictionRatio: "friction_ratio", "friction ratio", "β", UnitRule::Fixed("");
-    /// Shift of the frequency by the squared amplitude (Duffing).
+    /// Frequency shift per squared amplitude (Duffing).
     DuffingCoefficient: "frequency_shift_by_amplitude", "Duffing coefficient", "", UnitRule::HertzPerSignalSquared;
-    /// Slope of the amplitude at resonance over the drive level.
+    /// Slope of the amplitude at resonance with respect to the drive level.
     Slope: "slope", "slope", "R/x₀", UnitRule::Derived;
-    /// Drive level below which friction holds the mass.
+    /// Drive level below which friction keeps the mass at rest.
     Threshold: "threshold", "threshold of the drive", "x_T", UnitRule::Derived;
     /// `gamma = 2 m delta`.
     ViscousCoefficient: "viscous_coefficient", "viscous coefficient", "γ", UnitRule::Derived;
@@ -100,7 +100,7 @@ impl Parameter {
         LossTerm::ALL.iter().map(|t| Parameter::Loss(*t)).chain(Self::OTHERS.iter().copied())
     }
 
-    /// Its unit beside a signal of the given unit.
+    /// Its unit for a signal in the given unit.
     pub fn unit(self, signal: &str) -> String {
         self.unit_rule().unit(signal)
     }
@@ -120,7 +120,7 @@ impl std::str::FromStr for Parameter {
     }
 }
 
-/// Parameters with their values, in the order in which they should be read.
+/// Parameters with their values, in reading order.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Parameters(Vec<(Parameter, Quantity)>);
 
@@ -138,12 +138,12 @@ impl Parameters {
         self.iter().find(|(p, _)| *p == parameter).map(|(_, q)| q)
     }
 
-    /// The value of a parameter, to be changed.
+    /// Mutable access to the value of a parameter.
     pub fn get_mut(&mut self, parameter: Parameter) -> Option<&mut Quantity> {
         self.0.iter_mut().find(|(p, _)| *p == parameter).map(|(_, q)| q)
     }
 
-    /// Takes a parameter out.
+    /// Removes and returns a parameter.
     pub fn remove(&mut self, parameter: Parameter) -> Option<Quantity> {
         let place = self.0.iter().position(|(p, _)| *p == parameter)?;
         Some(self.0.remove(place).1)

@@ -1,4 +1,4 @@
-//! A number as it should be read: value, uncertainty, interval, unit.
+//! A reported number: value, uncertainty, interval, unit.
 
 /// An estimated quantity with its uncertainty.
 ///
@@ -15,9 +15,8 @@ pub struct Quantity {
     pub std_error: f64,
     /// 95 % confidence interval, in `unit`.
     pub interval_95: [f64; 2],
-    /// The same estimate with its physical limit lifted, in `unit`: where no
-    /// friction acts it scatters about zero on both sides, so that averages
-    /// over many records stay unbiased. Equal to `value` inside the limits.
+    /// The same estimate without its physical limit, in `unit`: if there is no friction it scatters about zero on both
+    /// sides, so that averages over many records are unbiased. Equal to `value` inside the limits.
     pub unbounded_value: f64,
     /// Unit in plain text (`Hz`, `1/s`, `mrad`, …); empty for pure numbers.
     pub unit: String,
@@ -41,7 +40,7 @@ impl Quantity {
         }
     }
 
-    /// The quantity times an exact factor, in another unit.
+    /// The quantity multiplied by an exact factor, in another unit.
     pub fn scaled(&self, factor: f64, unit: impl Into<String>) -> Self {
         let [a, b] = [self.interval_95[0] * factor, self.interval_95[1] * factor];
         Self {
@@ -53,8 +52,8 @@ impl Quantity {
         }
     }
 
-    /// The same, not below zero, times a factor that is known to `relative` of itself: its error and that of the factor
-    /// add in squares, and so do the widths of the interval, at each end by what the factor changes there.
+    /// A non-negative quantity multiplied by a factor of relative standard error `relative`. The two errors add in
+    /// quadrature, as do the half widths of the interval, each with the contribution of the factor at that end.
     pub(crate) fn widened(self, relative: f64) -> Self {
         let most = |end: f64| self.value.abs().max(end.abs()) * relative;
         let [low, high] = self.interval_95;
@@ -66,7 +65,8 @@ impl Quantity {
         }
     }
 
-    /// Adds another error, in squares, to a quantity of any sign and to the widths of its interval.
+    /// Adds another error in quadrature to the standard error and to the half widths of the interval of a quantity of
+    /// any sign.
     pub(crate) fn add_error(&mut self, extra: f64) {
         let extra = extra.abs();
         self.std_error = self.std_error.hypot(extra);
@@ -75,7 +75,7 @@ impl Quantity {
         self.interval_95 = [self.value - width(low), self.value + width(high)];
     }
 
-    /// The same with another error beside its own, added in squares; of a quantity that is not below zero, as its interval.
+    /// A non-negative quantity with another error added in quadrature; the interval stays non-negative.
     pub(crate) fn with_error(self, extra: f64) -> Self {
         let width = |end: f64| (end - self.value).hypot(crate::inference::Z_95 * extra);
         let [low, high] = self.interval_95;

@@ -1,8 +1,8 @@
-//! Numbers as people read them: rounded to what is known, in a unit that fits.
+//! Numbers for display: rounded to their uncertainty, in a suitable unit.
 
 use std::fmt;
 
-/// Bases that take SI prefixes, with whether prefixes above one are in use.
+/// Base units that take SI prefixes, and whether prefixes above one are in use.
 const BASES: [(&str, bool); 12] = [
     ("m", true),
     ("g", true),
@@ -33,24 +33,24 @@ const PREFIXES: [(&str, i32); 12] = [
     ("a", -18),
 ];
 
-/// Numbers from here on keep their own unit …
+/// Numbers from this size …
 const READS_FROM: f64 = 0.1;
-/// … up to here.
+/// … up to this size keep their own unit.
 const READS_TO: f64 = 1e4;
 
-/// A unit to show numbers in: shown number = number × `factor`.
+/// A unit for display: displayed number = number × `factor`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scale {
     /// Multiplies the number.
     pub factor: f64,
     /// The unit shown, with its SI prefix or power of ten.
     pub unit: String,
-    /// Power of ten that `unit` begins with, where no prefix was to be had.
+    /// Power of ten at the beginning of `unit`, if no prefix is available.
     pub power: Option<i32>,
 }
 
 impl Scale {
-    /// The scale in which numbers of this size read well.
+    /// The scale suited to numbers of this size.
     ///
     /// ```
     /// use slipfit::answer::rounded::Scale;
@@ -81,14 +81,13 @@ impl Scale {
         }
         let power = (size.log10() + 1e-12).floor() as i32;
         let unit = format!("×10{} {unit}", superscript(power)).trim_end().to_owned();
-        // Two steps: 10^±power alone may leave the range of doubles.
+        // In two steps, because 10^±power alone may exceed the range of doubles.
         let half = power / 2;
         let factor = 10f64.powi(-half) * 10f64.powi(half - power);
         Self { factor, unit, power: Some(power) }
     }
 
-    /// A name with the unit as a heading or an axis has it, `x_F [mrad]`; the name alone for pure
-    /// numbers.
+    /// A name with its unit as in a heading or on an axis, `x_F [mrad]`; the name alone for pure numbers.
     ///
     /// ```
     /// use slipfit::answer::rounded::Scale;
@@ -101,7 +100,7 @@ impl Scale {
     }
 }
 
-/// Exponent of the prefix, base, whether it takes prefixes above one, the rest.
+/// Exponent of the prefix, base unit, whether the base takes prefixes above one, and the rest.
 fn split_unit(unit: &str) -> Option<(i32, &'static str, bool, &str)> {
     let end = unit.find(|c: char| !c.is_alphabetic()).unwrap_or(unit.len());
     let (head, rest) = unit.split_at(end);
@@ -130,9 +129,9 @@ fn superscript(number: i32) -> String {
     number.to_string().chars().map(digit).collect()
 }
 
-/// A value with its uncertainty, rounded as the Particle Data Group does: to
-/// two digits of the uncertainty up to 354, to one from 355 to 949, and to
-/// two again (as 1000) beyond.
+/// A value with its uncertainty, rounded by the rule of the Particle Data Group: the uncertainty keeps two digits if
+/// its three leading digits are at most 354, one digit from 355 to 949, and is rounded to 1000 with two digits from 950
+/// on.
 ///
 /// ```
 /// use slipfit::answer::rounded::Rounded;
@@ -150,16 +149,16 @@ pub struct Rounded {
 }
 
 impl Rounded {
-    /// A quantity for a line of text; where its interval is narrower than its standard error, rounded by a quarter
-    /// of the interval.
+    /// A quantity for a line of text; if its interval is narrower than its standard error, a quarter of the interval
+    /// sets the rounding.
     pub fn of(q: &crate::Quantity) -> Self {
         let [low, high] = q.interval_95;
         let error = if high - low < q.std_error { 0.25 * (high - low) } else { q.std_error };
         Self::new(q.value, error, &q.unit)
     }
 
-    /// Rounds `value` by its standard error; a standard error that is zero or
-    /// not finite leaves four significant digits and no `±`.
+    /// Rounds `value` by its standard error. If that is zero or not finite, four significant digits are kept and `±` is
+    /// omitted.
     pub fn new(value: f64, std_error: f64, unit: &str) -> Self {
         let known = std_error.is_finite() && std_error > 0.0;
         let size = if known { value.abs().max(std_error) } else { value };
@@ -168,7 +167,7 @@ impl Rounded {
         let decimals = if known {
             uncertainty_decimals(std_error)
         } else {
-            // Trailing zeros say nothing where no uncertainty is claimed.
+            // Without an uncertainty trailing zeros carry no meaning.
             let most = significant_decimals(value, 4).max(0);
             (0..most).find(|&d| (round_to(value, d) - round_to(value, most)).abs() < 1e-12).unwrap_or(most)
         };
@@ -176,17 +175,17 @@ impl Rounded {
         Self { value, std_error, decimals: decimals.min(12), scale }
     }
 
-    /// The value's digits.
+    /// Digits of the value.
     pub fn value(&self) -> String {
         self.digits(self.value)
     }
 
-    /// The uncertainty's digits, where there is one.
+    /// Digits of the uncertainty, if there is one.
     pub fn uncertainty(&self) -> Option<String> {
         self.std_error.is_finite().then(|| self.digits(self.std_error))
     }
 
-    /// Another number of the same unit, in the same scale and with the same decimals.
+    /// Another number in the same unit, at the same scale and with the same decimals.
     pub fn also(&self, other: f64) -> String {
         self.digits(other * self.scale.factor)
     }
@@ -209,7 +208,8 @@ impl fmt::Display for Rounded {
     }
 }
 
-/// A relative difference in per cent with its sign, `+9 %`, `-3 %`; what rounds to nothing has none, `0 %`.
+/// A relative difference in per cent with its sign, `+9 %`, `-3 %`; a difference that rounds to zero has no
+/// sign, `0 %`.
 ///
 /// ```
 /// use slipfit::answer::rounded::signed_percent;
@@ -221,14 +221,14 @@ pub fn signed_percent(relative: f64) -> String {
     if per_cent == 0.0 { "0 %".to_owned() } else { format!("{per_cent:+.0} %") }
 }
 
-/// A number to so many significant digits, in a unit that fits.
+/// A number with the given count of significant digits, in a suitable unit.
 ///
 /// ```
 /// assert_eq!(slipfit::answer::rounded::plain(0.0002499, 2, "rad"), "250 µrad");
 /// assert_eq!(slipfit::answer::rounded::plain(482.04, 4, "s"), "482 s");
 /// ```
 pub fn plain(value: f64, significant: i32, unit: &str) -> String {
-    // Rounded first: 999.96 µm to three digits is 1 mm.
+    // Rounded first, because 999.96 µm to three digits is 1 mm.
     let rounded = round_to(value, significant_decimals(value, significant).min(300));
     let scale = Scale::for_size(if rounded.is_finite() { rounded } else { value }, unit);
     let shown = value * scale.factor;
@@ -278,11 +278,11 @@ fn significant_decimals(value: f64, significant: i32) -> i32 {
     if rounded == 0.0 { decimals } else { significant - 1 - decade(rounded) }
 }
 
-/// Decimals by the Particle Data Group's rule.
+/// Decimals according to the rule of the Particle Data Group.
 fn uncertainty_decimals(std_error: f64) -> i32 {
     let decade = std_error.log10().floor() as i32;
     let leading = (std_error / 10f64.powi(decade - 2)).round() as i32;
-    // From 950 on the uncertainty rounds to 1000, two digits of which are kept.
+    // From 950 on the uncertainty is rounded to 1000, of which two digits are kept.
     if leading <= 354 { 1 - decade } else { -decade }
 }
 

@@ -1,5 +1,5 @@
-//! JSON shapes that derives do not give: names for parameters and models, maps for lists of pairs,
-//! columns for lists of points.
+//! JSON forms that derives do not provide: names for parameters and models, maps for lists of pairs, columns for lists
+//! of points.
 
 use super::comparison::{SlidingEvidence, Values};
 use super::hint::{Hint, HintValue};
@@ -26,7 +26,7 @@ impl Serialize for Values {
     }
 }
 
-/// A warning with its text and what helps.
+/// A warning with its text and hints.
 #[derive(Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "Warning"))]
@@ -36,20 +36,20 @@ struct WarningText {
     code: &'static str,
     /// What was found.
     message: String,
-    /// What helps.
+    /// Hints on what to do.
     hints: Vec<HintText>,
 }
 
-/// An option that helps, by its field, with its value where one is known.
+/// An option that helps, named by its field, with a value if known.
 #[derive(Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "Hint"))]
 struct HintText {
-    /// The option, by its name in the library; null where no option helps.
+    /// The option, by its name in the library; null if no option helps.
     option: Option<&'static str>,
-    /// A value for it; null where none is known.
+    /// A value for it; null if none is known.
     value: Option<ValueText>,
-    /// What it does.
+    /// What the option does.
     advice: String,
 }
 
@@ -88,23 +88,23 @@ impl Serialize for LossModel {
     }
 }
 
-/// Evidence for sliding friction in a decay, its shares named by where the decay has them.
+/// Evidence for sliding friction in a decay; its shares of the loss are named by their place in the decay.
 #[derive(Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub(crate) struct DecayEvidence {
-    /// Sliding friction is needed: `p_value` below 0.01 and the BIC prefers it.
+    /// Whether sliding friction is detected: `p_value` is below 0.01 and the BIC prefers it.
     detected: bool,
-    /// Probability of the data without sliding friction, one-sided.
+    /// p value of the data without sliding friction, one-sided.
     p_value: f64,
-    /// BIC of the best model without sliding minus that of the best with it.
+    /// BIC of the best model without sliding friction minus that of the best model with it.
     delta_bic: f64,
-    /// Sliding share of the loss at the start.
+    /// Share of sliding friction in the loss at the start.
     share_at_start: f64,
-    /// Sliding share of the loss at the end.
+    /// Share of sliding friction in the loss at the end.
     share_at_end: f64,
-    /// From this instant on, s, sliding carries more than 95 % of the loss.
+    /// Instant, s, from which sliding friction accounts for more than 95 % of the loss.
     dominates_from_s: Option<f64>,
-    /// Probability of the data under a purely viscous loss.
+    /// p value of a purely viscous loss.
     viscous_only_p_value: f64,
 }
 
@@ -121,21 +121,21 @@ pub(crate) fn decay_evidence<S: Serializer>(e: &SlidingEvidence, serializer: S) 
     named.serialize(serializer)
 }
 
-/// Evidence for sliding friction in a resonance curve, its shares named by where the curve has them.
+/// Evidence for sliding friction in a resonance curve; its shares of the loss are named by their place in the curve.
 #[derive(Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub(crate) struct CurveEvidence {
-    /// Sliding friction is needed: `p_value` below 0.01 and the BIC prefers it.
+    /// Whether sliding friction is detected: `p_value` is below 0.01 and the BIC prefers it.
     detected: bool,
-    /// Probability of the data without sliding friction, one-sided.
+    /// p value of the data without sliding friction, one-sided.
     p_value: f64,
-    /// BIC of the best model without sliding minus that of the best with it.
+    /// BIC of the best model without sliding friction minus that of the best model with it.
     delta_bic: f64,
-    /// Sliding share of the loss at the peak.
+    /// Share of sliding friction in the loss at the peak.
     share_at_peak: f64,
-    /// Sliding share of the loss at the lowest amplitude used.
+    /// Share of sliding friction in the loss at the lowest amplitude used.
     share_at_lowest: f64,
-    /// Probability of the data under a purely viscous loss.
+    /// p value of a purely viscous loss.
     viscous_only_p_value: f64,
 }
 
@@ -155,7 +155,7 @@ pub(crate) fn curve_evidence<S: Serializer>(e: &SlidingEvidence, serializer: S) 
 #[derive(Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub(crate) struct ConditionValue {
-    /// Value of the condition; null where it is not a number.
+    /// Value of the condition; null if it is not a number.
     value: Option<f64>,
     /// Its standard error.
     value_std_error: Option<f64>,

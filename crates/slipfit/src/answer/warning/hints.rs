@@ -1,15 +1,15 @@
-//! What helps against each warning.
+//! Hints for each warning.
 
 use super::Warning;
 use crate::answer::figures::figures;
 use crate::answer::hint::Hint;
 
-/// An instant with the digits that choose a sample of most records.
+/// An instant rounded to six digits, enough to identify a sample of most records.
 fn instant(time_s: f64) -> f64 {
     figures(time_s, 6).parse().unwrap_or(time_s)
 }
 
-/// Limits about `main` that leave `other` outside.
+/// Band about `main` that excludes `other`.
 fn band_about(main: f64, other: f64, decimals: i32) -> [f64; 2] {
     let reach = 0.4 * (main - other).abs();
     let digits = 10f64.powi(decimals);
@@ -17,7 +17,7 @@ fn band_about(main: f64, other: f64, decimals: i32) -> [f64; 2] {
 }
 
 impl Warning {
-    /// What helps: options with values where they are known, or another measurement.
+    /// Hints: options, with values if they are known, or another measurement.
     pub fn hints(&self) -> Vec<Hint> {
         let either = |a: &'static str, b: &'static str, advice: &'static str| {
             vec![Hint::new(a, advice), Hint::new(b, advice)]

@@ -1,4 +1,4 @@
-//! Warnings: what limits an answer, and what would help.
+//! Warnings: what limits the validity of an answer, and what would help.
 
 mod hints;
 mod text;
@@ -9,197 +9,198 @@ use crate::model::loss::LossModel;
 
 /// A reason to treat an answer with caution.
 ///
-/// Its text says what was found; [`Warning::hints`] say what helps, naming options by their field, so
-/// that each program spells them its own way.
+/// Its text states what was found; [`Warning::hints`] state what helps and name options by their field, so that each
+/// program can spell them in its own way.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Warning {
     /// Viscous and sliding loss cannot be separated by these data.
     NotSeparable {
-        /// Correlation of delta and x_F.
+        /// Correlation of `delta` and `x_F`.
         correlation: f64,
-        /// Decay times recorded; `None` for a curve.
+        /// Length of the record in decay times; `None` for a curve.
         decay_times: Option<f64>,
     },
-    /// Too few cycles to say anything but the total loss.
+    /// Too few cycles to determine more than the total loss.
     TooFewCycles {
         /// Cycles recorded.
         cycles: f64,
     },
-    /// The record holds more than one mode.
+    /// The record contains more than one mode.
     SeveralModes {
-        /// Frequency of the main one, Hz.
+        /// Frequency of the main mode, Hz.
         main_hz: f64,
-        /// Frequency of the strongest other one, Hz.
+        /// Frequency of the strongest other mode, Hz.
         other_hz: f64,
         /// Its amplitude relative to the main one.
         relative_amplitude: f64,
     },
     /// A second mode was fitted and subtracted.
     SecondMode {
-        /// Frequency of the stronger one, Hz.
+        /// Frequency of the stronger mode, Hz.
         main_hz: f64,
-        /// Frequency of the one subtracted, Hz.
+        /// Frequency of the mode subtracted, Hz.
         other_hz: f64,
-        /// Its amplitude relative to the stronger one.
+        /// Its amplitude relative to that of the stronger mode.
         relative_amplitude: f64,
     },
-    /// The residual is far above the noise: the law does not hold to this accuracy.
+    /// The residuals are far above the noise: the law does not hold to this accuracy.
     ModelMisfit {
-        /// Residual over the noise.
+        /// Residuals over the noise.
         ratio: f64,
-        /// What it is along a decay, where there are amplitudes enough.
+        /// Size and shape along a decay, if there are enough amplitudes.
         misfit: Option<Misfit>,
     },
-    /// A law whose shape is fitted describes the decay better than those compared.
+    /// A law with a fitted shape describes the decay better than the models compared.
     FurtherLaw {
-        /// The model with it.
+        /// The model with this law.
         model: LossModel,
-        /// Its BIC is lower than that of the best model without it by this.
+        /// BIC of the best model without it minus that of the model with it.
         delta_bic: f64,
-        /// Residual over the noise that it leaves.
+        /// Its residuals over the noise.
         ratio: f64,
     },
-    /// The amplitudes give no law without a model.
+    /// There are too few amplitudes to determine the loss without a model.
     NoFreeLaw {
         /// Amplitudes in the free decay.
         amplitudes: usize,
-        /// As many are needed.
+        /// Number of amplitudes required.
         needed: usize,
     },
-    /// The amplitude lost follows another law in part of the record.
+    /// The loss of amplitude follows another law in part of the record.
     LawChanges {
         /// Instant of the change, s.
         time_s: f64,
     },
-    /// A tail below the sliding threshold that no Coulomb law gives.
+    /// A tail below the sliding threshold that a Coulomb law does not produce.
     SlowTail {
         /// Amplitude below which the law fails, signal unit.
         amplitude: f64,
-        /// Instant where it begins, s.
+        /// Instant where the tail begins, s.
         time_s: f64,
         /// Signal unit.
         unit: String,
     },
-    /// A baseline along a curve, subtracted.
+    /// A curved baseline was subtracted.
     Baseline {
         /// Its range over the first amplitude.
         relative: f64,
     },
-    /// A reading that bends with the deflection, straightened.
+    /// The reading is a nonlinear function of the deflection and was linearised.
     SensorCurve {
-        /// By how much at most at the first amplitude, as a part of it.
+        /// Largest deviation at the first amplitude, relative to it.
         relative: f64,
     },
-    /// The level follows the amplitude, as that of the square of a deflection.
+    /// The mean level follows the amplitude, as it does if the square of a deflection is read.
     SquaredReading {
-        /// It is the acceleration along a pendulum, gravity included.
+        /// Whether it is the acceleration along the arc of a pendulum, gravity included.
         along_pendulum: bool,
     },
-    /// An acceleration across a pendulum holds gravity, which turns with it.
+    /// An acceleration measured across a pendulum contains gravity, whose direction turns with it.
     TurningGravity,
-    /// Another motion in the record, apart from the one analysed.
+    /// The record contains another motion apart from the one analysed.
     OtherMotion {
-        /// Where the longest other one begins, s.
+        /// Start of the longest other motion, s.
         from_s: f64,
-        /// Where it ends, s.
+        /// Its end, s.
         to_s: f64,
     },
-    /// Single samples far off their neighbours, left out.
+    /// Outliers (single samples far from their neighbours) were left out.
     Spikes {
-        /// How many of the part used.
+        /// Their number within the part used.
         samples: usize,
         /// Instant of the first, s.
         time_s: f64,
     },
-    /// Samples at the rails of the converter.
+    /// Samples are clipped at the limits of the converter.
     Clipped {
-        /// How many.
+        /// Number of samples.
         samples: usize,
         /// Whether some lie inside the fitted window.
         inside: bool,
     },
-    /// Two loss models explain the data equally well, or a further one than those compared explains them better.
+    /// Two loss models explain the data equally well, or a model other than those compared explains them better.
     AmbiguousModel {
-        /// The one reported.
+        /// The model reported.
         chosen: LossModel,
         /// Its rival.
         rival: LossModel,
-        /// BIC of the rival above the chosen one's; below zero where that is a further one.
+        /// BIC of the rival minus that of the chosen model; negative if a model other than those compared is better.
         delta_bic: f64,
     },
-    /// The model asked for is not the one the data prefer.
+    /// The model requested is not the one that the data prefer.
     ModelNotPreferred {
-        /// The one asked for.
+        /// The model requested.
         asked: LossModel,
-        /// The one preferred.
+        /// The model preferred.
         preferred: LossModel,
-        /// BIC of the one asked for above the preferred one's.
+        /// BIC of the requested model minus that of the preferred one.
         delta_bic: f64,
     },
-    /// The data do not determine all parameters of the model asked for.
+    /// The data do not determine all parameters of the model requested.
     ModelUndetermined {
-        /// The one asked for.
+        /// The model requested.
         asked: LossModel,
-        /// The largest within it that they determine: the one reported.
+        /// The largest model within it that they determine, which is reported.
         reported: LossModel,
     },
-    /// Sliding friction was found in samples that went through a lossy compression.
+    /// Sliding friction was found in samples that had undergone lossy compression.
     LossyCompression {
-        /// Sliding share of the loss at the start.
+        /// Share of sliding friction in the loss at the start.
         share: f64,
     },
-    /// The stamps were not those of the samples, and a clock was rebuilt from them.
+    /// The time stamps were not those of the samples; a uniform clock was reconstructed from them.
     ClockRebuilt {
-        /// Samples of a burst, where each had one stamp.
+        /// Samples per burst, if each burst had one time stamp.
         burst_samples: Option<usize>,
-        /// Rounding of the stamps, s, where they were rounded.
+        /// Rounding step of the time stamps, s, if they were rounded.
         quantum_s: Option<f64>,
-        /// How far the rate may be off, over it.
+        /// Relative uncertainty of the sampling rate.
         rate_error: f64,
     },
-    /// Fewer than three samples a cycle: the frequency may be an alias.
+    /// There are fewer than three samples per cycle: the frequency may be an alias.
     CoarseSampling {
         /// Samples per cycle.
         samples_per_cycle: f64,
     },
-    /// A velocity or acceleration that loses much in each cycle, described by its amplitudes alone.
+    /// A velocity or acceleration with a large loss per cycle, described by its amplitudes alone.
     LowQDerivative {
         /// Quality factor of all losses together at the first amplitude.
         quality_factor: f64,
     },
-    /// A change of the signal that no decay makes (a jolt, a new start); the record is used up to it.
+    /// A change of the signal that no decay produces (a shock, a new start); the record is used up to it.
     Disturbance {
         /// Its instant, s.
         time_s: f64,
     },
-    /// The phase jumps, as after a knock. A knock changes the amplitude as well, which cannot be told from a loss.
+    /// The phase jumps, as after a knock. A knock also changes the amplitude, which cannot be distinguished from a
+    /// loss.
     PhaseStep {
         /// Its instant, s.
         time_s: f64,
-        /// By how much, rad.
+        /// Size of the jump, rad.
         radians: f64,
     },
     /// The waveform is far from sinusoidal.
     Harmonics {
-        /// Multiple of the frequency.
+        /// Order: multiple of the frequency.
         order: usize,
-        /// Amplitude relative to the fundamental's.
+        /// Amplitude relative to the fundamental.
         relative_amplitude: f64,
     },
-    /// The frequency changes with time by more than with the amplitude.
+    /// The frequency changes more with time than with the amplitude.
     FrequencyDrift {
-        /// By which part, along the decay.
+        /// Relative change along the decay.
         relative: f64,
     },
-    /// The reading lags by a constant, as one with play does.
+    /// The reading lags by a constant deflection, as a mechanism with play does.
     Play {
-        /// Third harmonic in quadrature over the first amplitude.
+        /// Third harmonic in quadrature, relative to the first amplitude.
         relative_amplitude: f64,
     },
-    /// An amplitude record without its frequency: no friction displacement.
+    /// The frequency of an amplitude record is not known: there is no friction displacement.
     FrequencyUnknown,
-    /// The data set no upper limit to a parameter.
+    /// The data give no upper limit for a parameter.
     Undetermined {
         /// The parameter.
         parameter: Parameter,
@@ -209,34 +210,34 @@ pub enum Warning {
         /// Interval of the friction ratio.
         friction_ratio: [f64; 2],
     },
-    /// The phases given have the opposite sign and were conjugated.
+    /// The given phases have the opposite sign and were conjugated.
     PhaseSign,
-    /// The phases fit no resonance while the amplitudes do: only amplitudes were used.
+    /// The phases fit no resonance although the amplitudes do: only the amplitudes were used.
     PhasesIgnored,
-    /// The curve jumps: more than one amplitude at one frequency.
+    /// The curve jumps: there is more than one amplitude at one frequency.
     Jump {
-        /// Where, Hz.
+        /// Frequency of the jump, Hz.
         frequency_hz: f64,
         /// Whether up and down sweeps differ.
         hysteresis: bool,
     },
     /// The curve has a second peak.
     SecondPeak {
-        /// Frequency of the main one, Hz.
+        /// Frequency of the main peak, Hz.
         main_hz: f64,
-        /// Frequency of the other one, Hz.
+        /// Frequency of the other peak, Hz.
         other_hz: f64,
-        /// Its height relative to the main one.
+        /// Its height relative to the main peak.
         relative_height: f64,
     },
     /// All points lie on one flank of the peak.
     OneFlank {
-        /// Whether the points lie below the resonance.
+        /// Whether the points lie below the resonance frequency.
         below: bool,
     },
     /// Too few points within the width of the peak.
     FewPointsInLine {
-        /// How many.
+        /// Number of points.
         points: usize,
     },
     /// The peak is skewed (Duffing): the frequency depends on the amplitude.
@@ -246,62 +247,63 @@ pub enum Warning {
         /// The same shift over the full width of the peak.
         line_widths: f64,
     },
-    /// A background was added automatically or asked for.
+    /// A background was added automatically or on request.
     Background {
         /// Its size over the highest amplitude.
         relative: f64,
         /// Whether phases separate it from friction.
         phases: bool,
     },
-    /// A constant in every amplitude was added automatically or asked for.
+    /// A constant in every amplitude was added automatically or on request.
     AmplitudeOffset {
         /// Its size over the highest amplitude, with its sign.
         relative: f64,
     },
-    /// A noise floor in every amplitude was added automatically or asked for.
+    /// A noise floor in every amplitude was added automatically or on request.
     NoiseFloor {
         /// Its size over the highest amplitude.
         relative: f64,
     },
-    /// Beside a further loss such as drag the curve leaves no viscous one, as that of a detector that is cut off does.
+    /// With a further loss such as drag the fit contains no viscous loss, as for a detector that is cut off or
+    /// saturates.
     NoViscousLoss {
         /// The model reported.
         model: LossModel,
     },
-    /// Other terms beside the losses than those fitted explain the curve as well, and give other losses.
+    /// Other instrument terms than those fitted explain the curve as well and give other losses.
     RivalInstrument {
-        /// They have a background.
+        /// Whether they include a background.
         background: bool,
-        /// They have a delay.
+        /// Whether they include a delay.
         delay: bool,
-        /// Whether they have a constant in every amplitude, where that is a difference.
+        /// Whether they include a constant in every amplitude; `None` if there is no difference.
         offset: Option<bool>,
-        /// Whether they have a noise floor in every amplitude, where that is a difference.
+        /// Whether they include a noise floor in every amplitude; `None` if there is no difference.
         floor: Option<bool>,
-        /// Whether they have a Duffing term, where that is the difference.
+        /// Whether they include a Duffing term; `None` if there is no difference.
         duffing: Option<bool>,
-        /// They have drag, which those fitted have not.
+        /// Whether they include drag, which those fitted do not.
         drag: bool,
-        /// They are the same terms, at another minimum.
+        /// Whether they are the same terms at another minimum.
         other_minimum: bool,
-        /// BIC with them above the one reported.
+        /// BIC with them minus that of the reported fit.
         delta_bic: f64,
         /// Friction displacement with them, and its standard error.
         friction_displacement: [f64; 2],
         /// Unit of the response.
         unit: String,
     },
-    /// A delay was added automatically or asked for.
+    /// A delay was added automatically or on request.
     Delay {
-        /// s.
+        /// Delay, s.
         delay_s: f64,
     },
-    /// The delay that was fitted is below zero by more than its error: no instrument answers before its drive, so that the curve
-    /// departs from the model.
+    /// The fitted delay is negative by more than its error. No instrument responds before its drive, so the curve
+    /// deviates from the model.
     NegativeDelay {
-        /// s.
+        /// Delay, s.
         delay_s: f64,
-        /// Standard errors below zero.
+        /// Number of standard errors below zero.
         errors: f64,
     },
     /// Up and down sweeps of one file differ.
@@ -309,133 +311,135 @@ pub enum Warning {
         /// Mean difference over its standard error.
         z: f64,
     },
-    /// The points lag behind the frequency: each keeps a part of the one before.
+    /// The points lag behind the frequency: each retains a part of the previous one.
     Lag {
-        /// By how much that moves the natural frequency, Hz.
+        /// Resulting shift of the natural frequency, Hz.
         shift_hz: f64,
     },
-    /// The reference curve belongs to another resonator, or another drive.
+    /// The reference curve belongs to another resonator or another drive.
     ReferenceDiffers {
         /// Relative difference of the natural frequencies.
         relative_frequency: f64,
         /// Decay rate of the reference over that of the curve.
         decay_rate_ratio: f64,
     },
-    /// The shape of a curve asks for another drive than the one given.
+    /// The shape of a curve implies another drive amplitude than the one given.
     DriveDiffers {
-        /// The one given.
+        /// The drive amplitude given.
         given: f64,
-        /// By the shape, with its standard error.
+        /// The drive amplitude implied by the shape, with its standard error.
         by_shape: [f64; 2],
-        /// BIC with it above that of the one reported.
+        /// BIC with this drive minus that of the reported fit.
         delta_bic: f64,
-        /// Friction displacement then, and its standard error.
+        /// Friction displacement with this drive, and its standard error.
         friction_displacement: [f64; 2],
         /// Unit of the response.
         unit: String,
     },
-    /// The shape of a curve asks for another drive than that of its reference.
+    /// The shape of a curve implies another drive amplitude than that of its reference.
     ReferenceGain {
-        /// Drive of the curve by its shape over that of the reference.
+        /// Drive of the curve implied by its shape, over that of the reference.
         ratio: f64,
-        /// BIC with a drive for each above that of the one reported.
+        /// BIC with separate drives minus that of the reported fit.
         delta_bic: f64,
-        /// Friction displacement then, and its standard error.
+        /// Friction displacement with separate drives, and its standard error.
         friction_displacement: [f64; 2],
         /// Unit of the response.
         unit: String,
     },
     /// The reference curve itself shows sliding friction.
     ReferenceSlides {
-        /// p value of it.
+        /// p value of the reference without sliding friction.
         p_value: f64,
     },
-    /// The drive of some points lies within the friction: the mass sticks there.
+    /// The drive at some points is smaller than the friction: the mass sticks there.
     Stuck {
-        /// How many points.
+        /// Number of points.
         points: usize,
     },
-    /// The paper's inversion is biased here by this much.
+    /// The inversion of the paper has this bias here.
     PaperBias {
         /// Relative bias of the friction.
         friction: f64,
         /// Relative bias of Q.
         q_factor: f64,
     },
-    /// Points left out: not finite, or at frequency zero.
+    /// Points left out because they are not finite or are at zero frequency.
     Dropped {
-        /// Not finite.
+        /// Number of points that are not finite.
         not_finite: usize,
-        /// At frequency zero.
+        /// Number of points at zero frequency.
         zero_frequency: usize,
     },
-    /// The search for the fit or its intervals was ended after a set amount of work.
+    /// The search for the fit or its intervals was stopped after a fixed amount of work.
     SearchCut,
-    /// Outliers left out of the fit.
+    /// Outliers were left out of the fit.
     Outliers {
-        /// How many points.
+        /// Number of points.
         points: usize,
     },
-    /// Errors of the points scatter from point to point and the residuals do not follow them: they were set aside.
+    /// The given errors scatter from point to point and the residuals do not follow them: they were not used.
     ScatteredErrors {
         /// Standard deviation of their logarithm from one point to the next.
         scatter: f64,
-        /// No fit was found with them; else the residuals do not follow them.
+        /// Whether no fit was found with them; otherwise the residuals do not follow them.
         no_fit: bool,
     },
-    /// A measured drive scatters and the response does not follow it: its smooth course was used.
+    /// A measured drive scatters and the response does not follow it: a smoothed drive was used.
     DriveReadback {
-        /// Its standard deviation about that course, over the drive.
+        /// Standard deviation about the smoothed drive, relative to the drive.
         scatter: f64,
-        /// No fit was found with it as read; else the response does not follow it.
+        /// Whether no fit was found with the drive as read; otherwise the response does not follow it.
         no_fit: bool,
     },
-    /// So few levels move that their scatter gives the errors of the line to no better than a factor.
+    /// There are so few levels with motion that their scatter determines the errors of the line only to within a
+    /// factor.
     FewLevels {
-        /// Levels that move.
+        /// Number of levels with motion.
         moving: usize,
     },
-    /// No drive level lies below the threshold: it is extrapolated.
+    /// No drive level lies below the threshold: the threshold is extrapolated.
     ThresholdExtrapolated {
         /// Lowest level over the threshold.
         ratio: f64,
     },
-    /// The amplitude does not rise along a straight line: drag or a nonlinear spring besides. Slope and threshold are those of
-    /// a curve at small amplitudes.
+    /// The amplitude does not rise along a straight line, because of drag or a nonlinear spring. Slope and threshold
+    /// are those of a curve in the limit of small amplitudes.
     NotStraight {
         /// p value of a straight line.
         p_value: f64,
-        /// Whether the slope falls with the drive.
+        /// Whether the slope decreases with the drive.
         falling: bool,
     },
-    /// Levels at which the mass sticks read more than noise: the zero or the noise of the detector, taken off every level.
+    /// Levels at which the mass sticks read more than noise: the zero or the noise of the detector, subtracted from
+    /// every level.
     LevelPlateau {
-        /// What they read.
+        /// Their reading.
         reading: f64,
-        /// How many.
+        /// Number of levels.
         levels: usize,
-        /// It was taken off in squares, else as a constant.
+        /// Whether it was subtracted in quadrature; otherwise as a constant.
         in_squares: bool,
         /// Unit of the amplitudes.
         unit: String,
     },
-    /// The line through the levels lies above zero without a drive.
+    /// The line through the levels is above zero at zero drive.
     AboveZero {
-        /// By how much.
+        /// Its value there.
         reading: f64,
         /// p value of a line through zero.
         p_value: f64,
         /// Unit of the amplitudes.
         unit: String,
     },
-    /// Nothing relates drive and amplitude, as two lengths or two angles are related, or what does gives a Q below 1/2:
-    /// no Q and no friction displacement.
+    /// Drive and amplitude are not related as two lengths or two angles are, or their relation gives a Q below 1/2:
+    /// there is no Q and no friction displacement.
     DriveUncalibrated,
-    /// Levels at which the mass stuck lie above those at which it moved.
+    /// Levels at which the mass stuck lie above levels at which it moved.
     Hysteresis {
-        /// Highest stuck level.
+        /// Highest level at which the mass stuck.
         stuck_at: f64,
-        /// Lowest moving level.
+        /// Lowest level at which it moved.
         moving_at: f64,
     },
     /// Ring-down and resonance disagree at one condition of a series.
@@ -445,30 +449,30 @@ pub enum Warning {
         /// p value of their agreement.
         p_value: f64,
     },
-    /// The measurements of a series differ by more than their errors from one joint fit.
+    /// The measurements of a series differ from one joint fit by more than their errors.
     NotShared {
-        /// p value of its chi square.
+        /// p value of the chi square of the joint fit.
         p_value: f64,
-        /// What they were said to share beside damping and friction of one condition.
+        /// Parameters assumed to be shared in addition to damping and friction of one condition.
         shared: Vec<Parameter>,
     },
-    /// A measurement of a series could not be analysed; the others were.
+    /// A measurement of a series could not be analysed; the others were analysed.
     Failed {
         /// Its name.
         name: String,
     },
-    /// A condition of a series is a load below zero, which is in no law of friction.
+    /// A condition of a series is a negative load, for which no law of friction is defined.
     NegativeLoad {
         /// Its label.
         condition: String,
         /// The load, in the unit of the conditions.
         load: f64,
     },
-    /// A measurement of a series gives no friction displacement and damping.
+    /// A measurement of a series does not determine friction displacement and damping.
     NotUsed {
         /// Its name.
         name: String,
-        /// Why.
+        /// The reason.
         why: &'static str,
     },
 }

@@ -1,4 +1,4 @@
-//! Each warning in words.
+//! Text of each warning.
 
 use super::Warning;
 use crate::answer::figures::{self, counted, figures};
@@ -6,31 +6,31 @@ use crate::answer::p_value;
 use crate::answer::rounded::{Rounded, plain, signed_percent};
 use std::fmt;
 
-/// Standard errors beyond which their number says nothing more.
+/// Number of standard errors above which the exact number is not stated.
 const MOST_ERRORS_TOLD: f64 = 1000.0;
 
-/// A part as a percentage of two digits.
+/// A fraction as a percentage with two digits.
 fn percent(part: f64) -> String {
     let digits = (1.0 - (100.0 * part.abs().max(1e-9)).log10().floor()).clamp(0.0, 6.0);
     format!("{:.*} %", digits as usize, 100.0 * part)
 }
 
-/// How many times something is another, by its power of ten beyond a million.
+/// A ratio; as a power of ten above a million.
 fn multiple(ratio: f64) -> String {
     if ratio < 1e6 { figures(ratio, 2) } else { format!("{:.0e}", ratio.min(f64::MAX)) }
 }
 
-/// A relative bias; of what grows without limit there is none to tell.
+/// A relative bias; it cannot be stated if it is not finite.
 fn bias(relative: f64) -> String {
     if relative.is_finite() { format!("by {}", signed_percent(relative)) } else { "without limit".into() }
 }
 
-/// A value with its error, as the report has it.
+/// A value with its error, formatted as in the report.
 fn with_error([value, error]: [f64; 2], unit: &str) -> String {
     Rounded::new(value, error, unit).to_string()
 }
 
-/// A number with so many significant digits, by its power of ten below a hundredth and beyond a million.
+/// A number with the given count of significant digits, with a power of ten below a hundredth and above a million.
 fn powers(value: f64, digits: i32) -> String {
     let power = value.abs().log10().floor();
     if !power.is_finite() || (-2.0..6.0).contains(&power) {
