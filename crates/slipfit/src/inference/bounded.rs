@@ -3,11 +3,11 @@
 use super::least_squares::{Fit, LeastSquares, descend_within, fit_at};
 use super::limited_step::{Limits, idle};
 
-/// Minimises `rᵀr` over the `free` parameters with those of `non_negative` kept at zero or above, to
-/// within `tolerance` standard errors. Parameters that end on their limit are not free in the fit.
+/// Minimises `rᵀr` over the `free` parameters to within `tolerance` standard errors, with the parameters in
+/// `non_negative` kept at zero or above. Parameters that end at their limit are not free in the fit.
 ///
-/// Where the parameters left free are not determined, because two of them explain the same, the one without which
-/// the sum of squares is least is held at zero.
+/// If the remaining free parameters are not determined because two of them are interchangeable, one of them is held at
+/// zero: the one without which the sum of squares is smallest.
 pub(crate) fn minimise_bounded(
     problem: &dyn LeastSquares,
     start: &[f64],
@@ -94,7 +94,7 @@ mod tests {
         }
     }
 
-    /// `y = a + c exp(-s x)`: without `c` there is no `s`, which lies within limits.
+    /// `y = a + c exp(-s x)`: if `c` is zero, `s` has no effect; `s` lies within limits.
     struct Decay {
         points: Vec<(f64, f64)>,
     }

@@ -1,38 +1,39 @@
-//! A coefficient that the reported model has not, and that the data do not exclude.
+//! A coefficient that the reported model does not have and that the data do not exclude.
 
 use statrs::function::erf::erfc;
 use std::f64::consts::{PI, SQRT_2};
 
-/// What another model says of a parameter, and how probable it is.
+/// Estimate of a parameter by another model, and the probability of that model.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Weighed {
-    /// Probability of the model beside the one reported; those of several kinds of models may sum to more than one.
+    /// Probability of the model relative to the reported one; the weights of several kinds of models may sum to more
+    /// than one.
     pub(crate) weight: f64,
     pub(crate) value: f64,
     pub(crate) std_error: f64,
 }
 
-/// Odds that count as certainty.
+/// Odds above which a model counts as certain.
 const MOST_ODDS: f64 = 1e12;
 
-/// A coefficient that the model has not: how probable it is, and what it is if it is there.
+/// A coefficient that the model does not have: its probability, and its value if it is present.
 ///
-/// Before the data it lies anywhere between zero and `most`. Its likelihood beside the terms of the model being normal,
-/// with estimate `a` and standard error `s`, the odds of the model with it are
-/// `s sqrt(2 pi)/most exp(z²/2) [Phi(z) - Phi(z - most/s)]`, `z = a/s`. Unlike the BIC, whose prior is as wide as the
-/// information of one sample, this leaves weight on what the data could not have shown.
+/// Its prior is uniform between zero and `most`. With a normal likelihood of estimate `a` and standard error `s`, the
+/// odds of the model with it are `s sqrt(2 pi)/most exp(z²/2) [Phi(z) - Phi(z - most/s)]`, `z = a/s`. Unlike the BIC,
+/// whose prior is as wide as the information of one observation, this leaves weight on values that the data could not
+/// have detected.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct AbsentCoefficient {
-    /// Probability of the model with it over that without.
+    /// Odds of the model with it against the model without it.
     pub(crate) odds: f64,
-    /// Of the coefficient, within its limits.
+    /// Posterior mean of the coefficient, within its limits.
     mean: f64,
     variance: f64,
 }
 
 impl AbsentCoefficient {
-    /// By an estimate without limits and its standard error; `most` is below zero for one that cannot be above it, and
-    /// `prior` are the odds before the data.
+    /// From an estimate without limits and its standard error. `most` is negative if the coefficient cannot be
+    /// positive; `prior` are the prior odds.
     pub(crate) fn within(estimate: f64, std_error: f64, most: f64, prior: f64) -> Self {
         let unit = std_error.copysign(most);
         let truncated = Truncated::new(estimate / unit, most / unit);
@@ -44,8 +45,9 @@ impl AbsentCoefficient {
         }
     }
 
-    /// What the model with it says of a quantity that is `without` where it is zero, moves by `slope` times it, and has
-    /// the variance `given` its value; `total` are the odds of all models.
+    /// Estimate, by the model with the coefficient, of a quantity whose value is `without` at zero coefficient and
+    /// changes by `slope` times the coefficient, with conditional variance `given`; `total` is the sum of the odds of
+    /// all models.
     pub(crate) fn weighed(&self, without: f64, slope: f64, given: f64, total: f64) -> Weighed {
         Weighed {
             weight: self.odds / total,
@@ -55,9 +57,9 @@ impl AbsentCoefficient {
     }
 }
 
-/// A normal distribution of unit width about `z`, between zero and `most`.
+/// A normal distribution of unit width about `z`, truncated to the range from zero to `most`.
 struct Truncated {
-    /// `exp(z²/2)` times its content.
+    /// `exp(z²/2)` times its integral.
     likelihood: f64,
     mean: f64,
     variance: f64,
@@ -68,7 +70,7 @@ impl Truncated {
         if z <= most {
             return Self::below(z, most);
         }
-        // Seen from the upper end it is one about a value below zero.
+        // Reflected about the upper end it is centred at a negative value.
         let mirrored = Self::below(most - z, most);
         Self {
             likelihood: (most * (z - 0.5 * most)).exp() * mirrored.likelihood,
@@ -77,11 +79,11 @@ impl Truncated {
         }
     }
 
-    /// That of a `z` that is not above `most`.
+    /// For a `z` not above `most`.
     fn below(z: f64, most: f64) -> Self {
         let density = |x: f64| (-0.5 * x * x).exp() / (2.0 * PI).sqrt();
         let beyond = |x: f64| 0.5 * erfc(x / SQRT_2);
-        // Far below zero it is an exponential of rate -z.
+        // Far below zero the distribution is exponential with rate -z.
         if z < -30.0 {
             let left = (z * most).exp_m1();
             let behind = most * (1.0 + left) / left;

@@ -3,18 +3,18 @@
 use nalgebra::DMatrix;
 use std::ops::Index;
 
-/// A covariance by the numbers of all parameters, of which those that are free have one; the others have none.
+/// A covariance matrix indexed by all parameters; elements of parameters that are not free are zero.
 ///
-/// Of eighteen parameters half a dozen are free: their block alone is made and copied.
+/// Only about six of eighteen parameters are free, so only their block is computed and copied.
 #[derive(Debug, Clone)]
 pub(crate) struct Covariance {
     free: DMatrix<f64>,
-    /// Where each parameter stands among those that are free, and behind the last of them if it is not.
+    /// Position of each parameter among the free ones; the number of free parameters if it is not free.
     place: Vec<usize>,
 }
 
 impl Covariance {
-    /// That of the `free` ones among `parameters` in their order.
+    /// Covariance of the `free` ones among `parameters`, in their order.
     pub(super) fn new(covariance: DMatrix<f64>, free: &[usize], parameters: usize) -> Self {
         let mut place = vec![free.len(); parameters];
         for (k, &parameter) in free.iter().enumerate() {

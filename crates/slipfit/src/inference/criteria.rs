@@ -1,4 +1,4 @@
-//! Decision thresholds with their meaning, source and effect, and those that every analysis shares.
+//! Decision thresholds with their meaning, source and effect, and the thresholds shared by all analyses.
 
 /// A threshold that decides something in an analysis, as a row of a table.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -8,15 +8,15 @@ pub struct Criterion {
     pub name: &'static str,
     /// Its value.
     pub value: f64,
-    /// What is compared with it.
+    /// Quantity that is compared with it.
     pub meaning: &'static str,
     /// Where the value comes from.
     pub source: &'static str,
-    /// Which statistic of simulated or measured records moves when it moves.
+    /// Statistic of simulated or measured records that changes with the value.
     pub statistic: &'static str,
 }
 
-/// A number of either kind, for the table.
+/// A number of either type, for the table.
 pub(crate) trait Threshold: Copy {
     fn number(self) -> f64;
 }
@@ -119,43 +119,44 @@ pub(crate) use criteria_groups;
 criteria! {
     /// Thresholds that every analysis shares.
     pub struct InferenceCriteria in "inference" {
-        /// Standard errors by which a variance ratio or an autocorrelation of residuals must differ
-        /// from that of white noise before it counts.
+        /// Standard errors by which a variance ratio or an autocorrelation of residuals must differ from its value
+        /// under white noise to be taken into account.
         excess_significance: f64 = 1.6, source "two-sided 10 % point of the normal distribution",
             moves "coverage";
-        /// Standard errors by which the variance of a loss from cluster to cluster of the observations must exceed that
-        /// under white noise before it counts.
+        /// Standard errors by which the variance of a loss between clusters of observations must exceed its value under
+        /// white noise to be taken into account.
         cluster_significance: f64 = 2.6, source "one-sided 0.5 % point of the normal distribution",
             moves "coverage where noise changes along the decay";
-        /// BIC by which a fit must improve before a term of the instrument (drift of the offset,
-        /// drift of the frequency, a backbone) is added automatically.
+        /// BIC decrease required before an instrument term (drift of the offset, drift of the frequency, a backbone) is
+        /// added automatically.
         instrument_bic_margin: f64 = 14.0, source "leaves about one term in 1e5 to chance",
             moves "spread of the loss parameters in short records";
-        /// Residuals beyond the noise, over the amplitude of a decay or the height of a curve, above which no law describes
-        /// it, nor says anything of friction.
+        /// Residuals beyond the noise, relative to the amplitude of a decay or the height of a curve, above which no
+        /// law describes the data and nothing can be concluded about friction.
         no_law: f64 = 0.05, source "more than the terms of a law differ by",
             moves "the sentence of the answer, and false detections where the law is another";
-        /// Standard errors above its value alone up to which the data allow a loss.
+        /// Number of standard errors above its value in the model without other losses up to which the data allow a
+        /// loss.
         allowed_errors: f64 = 4.0, source "one value in 30000 by chance", moves "intervals of losses that are not determined";
-        /// p value below which sliding friction counts as detected, where the BIC prefers it as well,
-        /// and below which a purely viscous loss counts as excluded.
+        /// p value below which sliding friction counts as detected, if the BIC prefers it as well, and below which a
+        /// purely viscous loss counts as excluded.
         detected: f64 = 0.01, source "one record in a hundred without friction",
             moves "false detections, and friction missed";
-        /// p value below which a loss beside viscous and sliding may be part of the preferred model.
+        /// p value below which a loss other than viscous and sliding may be part of the preferred model.
         further_significance: f64 = 0.005, source "one record in two hundred without drag",
             moves "drag chosen falsely, and missed";
-        /// What the BIC of a model with drag or a further loss but without viscous damping must be
-        /// better by: every oscillator has some loss linear in velocity, and one that seems to have none
-        /// is more often chance, with a friction far off.
+        /// BIC difference by which a model with drag or a further loss but without viscous damping must be better:
+        /// every oscillator has some loss linear in velocity, and an apparent absence is more often due to chance, with
+        /// a friction that is far off.
         no_viscous_penalty: f64 = 6.0, source "strong evidence on the scale of Kass and Raftery (1995)",
             moves "bias of friction in records with two losses and 20 dB";
-        /// The largest weak loss, in parts of what would take the place of all viscous loss.
+        /// Largest weak loss, as a fraction of the value that would replace all viscous loss.
         weak_loss: f64 = 0.05, source "chosen by simulation, drag of 2 to 100 % of the viscous loss at any quality factor",
             moves "coverage with weak drag, and width of intervals without drag";
-        /// Odds before the data that a loss which a model has not is a weak one, over those that it is one of any size.
+        /// Prior odds that a loss absent from the model is a weak one, against a loss of any size.
         weak_loss_odds: f64 = 0.2, source "chosen with it", moves "coverage with weak drag, and width of intervals without drag";
-        /// Variances of the noise by which the sum of squares of a model lies above that of a larger one
-        /// where it is no rival, and is fitted from one start to within a standard error.
+        /// Excess of the sum of squares of a model over that of a larger one, in noise variances, above which it is not
+        /// a rival and is fitted from one start to within a standard error.
         no_rival: f64 = 100.0, source "beyond every price of a parameter and every significance asked for",
             moves "time of analysis";
     }

@@ -1,4 +1,4 @@
-//! Evidence: F tests, also at a boundary, and the Bayesian information criterion.
+//! F tests, also at a boundary, and the Bayesian information criterion.
 
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor, StudentsT};
 
@@ -13,7 +13,7 @@ pub(crate) fn f_tail(f: f64, numerator: f64, denominator: f64) -> f64 {
     }
 }
 
-/// Upper tail of chi square.
+/// Upper tail of the chi-square distribution.
 pub(crate) fn chi_square_tail(chi_square: f64, dof: f64) -> f64 {
     if !(chi_square > 0.0) {
         return 1.0;
@@ -24,8 +24,8 @@ pub(crate) fn chi_square_tail(chi_square: f64, dof: f64) -> f64 {
     }
 }
 
-/// Upper tail of a chi square whose variances were themselves estimated from some degrees of freedom, infinite where they
-/// are known.
+/// Upper tail of a chi square if its variances were estimated with `freedom` degrees of freedom; `freedom` is infinite
+/// if they are known.
 pub(crate) fn scaled_tail(chi_square: f64, dof: f64, freedom: f64) -> f64 {
     if freedom.is_finite() {
         f_tail(chi_square / dof, dof, freedom)
@@ -34,26 +34,26 @@ pub(crate) fn scaled_tail(chi_square: f64, dof: f64, freedom: f64) -> f64 {
     }
 }
 
-/// p value of one more loss term that cannot be negative.
+/// p value of one additional loss term that cannot be negative.
 ///
-/// Under the null the likelihood ratio is half the time zero (the estimate sits
-/// on the limit), so the tail of F(1, dof) counts half (Chernoff 1954).
+/// Under the null hypothesis the likelihood ratio is zero half of the time (the estimate lies at the limit), so the
+/// tail of F(1, dof) has the weight one half (Chernoff 1954).
 ///
 /// `gain` is the decrease of the sum of squares over the variance of one observation.
 pub(crate) fn one_sided(gain: f64, dof: f64) -> f64 {
     if gain > 0.0 { 0.5 * f_tail(gain, 1.0, dof) } else { 1.0 }
 }
 
-/// Degrees of freedom from which on the quantile of Student's t is that of its expansion.
+/// Degrees of freedom above which the quantile of Student's t is taken from its expansion.
 const EXPANDED_DOF: f64 = 100.0;
 
-/// Half width of the central 95 % of Student's t over that of the normal.
+/// Half width of the central 95 % of Student's t over that of the normal distribution.
 pub(crate) fn student_factor(dof: f64) -> f64 {
     if dof > 1e4 {
         return 1.0;
     }
     if dof > EXPANDED_DOF {
-        // Abramowitz and Stegun 26.7.5, right to 1e-10 from there on.
+        // Abramowitz and Stegun 26.7.5, accurate to 1e-10 in this range.
         let z = super::Z_95;
         let z2 = z * z;
         let terms = [
@@ -70,8 +70,7 @@ pub(crate) fn student_factor(dof: f64) -> f64 {
     }
 }
 
-/// Bayesian information criterion of Gaussian residuals; `effective` counts the
-/// independent observations.
+/// Bayesian information criterion of Gaussian residuals; `effective` is the number of independent observations.
 pub(crate) fn bic(rss: f64, observations: f64, effective: f64, parameters: usize) -> f64 {
     effective * (rss / observations).max(f64::MIN_POSITIVE).ln() + parameters as f64 * effective.max(2.0).ln()
 }
@@ -91,7 +90,7 @@ mod tests {
         assert!((one_sided(4.9646, 10.0) - 0.025).abs() < 1e-4);
     }
 
-    /// The expansion joins the quantile by its inverse, which is found to some digits.
+    /// The expansion agrees with the numerical inverse to within the accuracy of the latter.
     #[test]
     fn the_quantile_of_students_t_is_that_of_its_expansion() {
         for dof in [100.5, 130.0, 400.0, 9000.0] {

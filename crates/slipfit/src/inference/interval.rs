@@ -1,9 +1,8 @@
 //! Feldman-Cousins intervals of a parameter that cannot be below zero.
 //!
-//! A loss coefficient cannot be negative. For an estimate `z` standard errors
-//! above the limit (below it when negative) the interval is that of Feldman and
-//! Cousins (1998), Phys. Rev. D 57, 3873: it covers 95 % for every true value,
-//! is never empty, and turns from two-sided to an upper limit by itself.
+//! A loss coefficient cannot be negative. For an estimate `z` standard errors above the limit (below it if negative)
+//! the interval is that of Feldman and Cousins (1998), Phys. Rev. D 57, 3873: it covers 95 % for every true value, is
+//! never empty, and changes continuously from two-sided to an upper limit.
 
 use super::Z_95;
 use crate::numeric::roots::root;
@@ -13,28 +12,28 @@ fn phi(x: f64) -> f64 {
     0.5 * (1.0 + erf(x / std::f64::consts::SQRT_2))
 }
 
-/// Distance below which 95 % of a normal distribution lie.
+/// Point of the normal distribution below which 95 % of the probability lies.
 const Z_95_BELOW: f64 = 1.644_853_626_951_472_2;
-/// Least true value looked at where the end of an interval is sought.
+/// Smallest true value considered in the search for the end of an interval.
 const FLOOR: f64 = 1e-6;
 
-/// Probability of the estimates between `below` and `above` standard errors of the true value.
+/// Probability of an estimate between `below` and `above` standard errors from the true value.
 fn between(below: f64, above: f64) -> f64 {
     phi(above) - phi(below)
 }
 
-/// The interval for the true value, in standard errors above the limit, given
-/// an estimate `z` standard errors above it.
+/// The interval for the true value, in standard errors above the limit, given an estimate `z` standard errors above it.
 ///
-/// The estimates that a true value `mu` accepts are ranked by their likelihood ratio against the best value allowed,
-/// `ln R = -(x - mu)²/2` for `x >= 0` and `x mu - mu²/2` for `x < 0`. They reach up to `mu + h` and down to the estimate of
-/// equal rank, `mu - h` while that is not below zero and `(mu² - h²)/(2 mu)` else; `h` makes them 95 %. The ends of the
-/// interval are the true values that accept `z` just so, and both edges rise with `mu`.
+/// The estimates in the acceptance region of a true value `mu` are ranked by their likelihood ratio against the best
+/// allowed value, `ln R = -(x - mu)²/2` for `x >= 0` and `x mu - mu²/2` for `x < 0`. The region extends up to `mu + h`
+/// and down to the estimate of equal rank, `mu - h` if that is not negative and `(mu² - h²)/(2 mu)` otherwise; `h`
+/// gives it a probability of 95 %. The ends of the interval are the true values for which `z` is at an edge of the
+/// region; both edges increase with `mu`.
 pub(crate) fn bounded_interval(z: f64) -> [f64; 2] {
     [lower_end(z), upper_end(z)]
 }
 
-/// The true value that accepts estimates up to `z`.
+/// The true value whose acceptance region has `z` as its upper edge.
 fn lower_end(z: f64) -> f64 {
     if !(z > Z_95_BELOW + FLOOR) {
         return 0.0;
@@ -49,7 +48,7 @@ fn lower_end(z: f64) -> f64 {
     z - root(1.0, z, |h| content(h) - 0.95)
 }
 
-/// The true value that accepts estimates down to `z`.
+/// The true value whose acceptance region has `z` as its lower edge.
 fn upper_end(z: f64) -> f64 {
     if z >= 0.0 {
         return z + Z_95;
@@ -63,7 +62,7 @@ fn upper_end(z: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Probability, summed over a fine grid of estimates, that the interval holds the truth.
+    /// Probability, summed over a fine grid of estimates, that the interval covers the true value.
     #[test]
     fn covers_95_percent_at_and_beside_the_limit() {
         for mu in [0.0, 0.3, 1.0, 1.7, 2.5, 4.0] {
@@ -80,7 +79,7 @@ mod tests {
         }
     }
 
-    /// Ends found from the acceptance of each true value, without the shortcuts.
+    /// Ends computed directly from the acceptance region of each true value.
     #[test]
     fn ends_are_those_of_the_acceptance() {
         let acceptance = |mu: f64| {

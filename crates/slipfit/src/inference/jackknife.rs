@@ -1,24 +1,24 @@
-//! Variance of fitted parameters from cluster to cluster of the observations: the delete-one-cluster jackknife.
+//! Variance of fitted parameters between clusters of observations: the delete-one-cluster jackknife.
 //!
-//! `σ² (JᵀJ)⁻¹` takes the errors of all observations for independent and of one variance. Noise that changes along a
-//! record, a converter whose steps hold several samples, and small pushes are neither. Without the observations of a
-//! cluster `c` the parameters move by
+//! `σ² (JᵀJ)⁻¹` assumes independent errors of equal variance. This is violated by noise that changes along a record, a
+//! converter whose steps span several samples, and small disturbances. If the observations of a cluster `c` are left
+//! out, the parameters change by
 //!
 //! ```text
 //! -(A - A_c)⁻¹ g_c,   A = JᵀJ,   g_c = J_cᵀ r_c
 //! ```
 //!
-//! for white noise with the variance `σ² [(A - A_c)⁻¹ - A⁻¹]`. The sum of the squared movements over the sum of these
-//! variances is the variance of a parameter over that under white noise, whatever part of the observations tells it
-//! (J. G. MacKinnon, M. Ø. Nielsen and M. D. Webb, *J. Appl. Econometrics* 38, 671, 2023).
+//! which under white noise has the variance `σ² [(A - A_c)⁻¹ - A⁻¹]`. The sum of the squared changes over the sum of
+//! these variances is the ratio of the variance of a parameter to that under white noise, whichever observations
+//! determine the parameter (J. G. MacKinnon, M. Ø. Nielsen and M. D. Webb, *J. Appl. Econometrics* 38, 671, 2023).
 
 use nalgebra::{DMatrix, DVector};
 
-/// Clusters at most, and at least.
+/// Largest and smallest number of clusters.
 pub(crate) const MOST_CLUSTERS: usize = 32;
 const LEAST_CLUSTERS: usize = 4;
 
-/// `J_cᵀ J_c` and `J_cᵀ r_c` of the observations of a cluster, at the minimum of all.
+/// `J_cᵀ J_c` and `J_cᵀ r_c` of the observations of a cluster, at the minimum of the sum over all clusters.
 #[derive(Debug, Clone)]
 pub(crate) struct Cluster {
     products: DMatrix<f64>,
@@ -26,7 +26,8 @@ pub(crate) struct Cluster {
 }
 
 impl Cluster {
-    /// From the products of the derivatives by so many parameters and the residual, row by row of the lower triangle.
+    /// From the products of the derivatives with respect to the parameters and the residual, row by row of the lower
+    /// triangle.
     pub(crate) fn from_rows(parameters: usize, rows: &[f64]) -> Self {
         let at = |a: usize, b: usize| rows[a.max(b) * (a.max(b) + 1) / 2 + a.min(b)];
         Self {
@@ -50,8 +51,9 @@ impl Cluster {
     }
 }
 
-/// Variance of that of the parameters (by their places) which the clusters move most, over that under white noise of such
-/// a `variance`. 1 where white noise exceeds it no more seldom than a normal variable exceeds `significance`.
+/// Variance inflation of the parameter (among the given indices) that the clusters change most: the ratio of its
+/// variance to that under white noise of the given `variance`. 1 if white noise exceeds the ratio with at least the
+/// probability that a normal variable exceeds `significance`.
 pub(crate) fn variance_inflation(
     clusters: &[Cluster],
     parameters: &[usize],
@@ -65,7 +67,7 @@ pub(crate) fn variance_inflation(
     let known: Vec<f64> = parameters.iter().map(|k| whole.solve(&unit(*k))[*k]).collect();
     let mut sums = vec![Movement::default(); parameters.len()];
     for cluster in clusters {
-        // Of a parameter that one cluster alone tells, it says nothing.
+        // If one cluster alone determines a parameter, it is skipped.
         let Some(without) = (&all - &cluster.products).cholesky() else { continue };
         let moved = without.solve(&cluster.gradient);
         for ((sum, &k), known) in sums.iter_mut().zip(parameters).zip(&known) {
@@ -75,7 +77,7 @@ pub(crate) fn variance_inflation(
     sums.iter().filter_map(|sum| sum.inflation(significance)).fold(1.0, f64::max)
 }
 
-/// How far the clusters move one parameter.
+/// Accumulated changes of one parameter over the clusters.
 #[derive(Debug, Clone, Copy, Default)]
 struct Movement {
     clusters: usize,
@@ -95,7 +97,7 @@ impl Movement {
     fn inflation(&self, significance: f64) -> Option<f64> {
         let ratio = self.squares / self.expected;
         let freedom = self.expected * self.expected / self.expected_squares;
-        // Point of chi square over its degrees of freedom (E. B. Wilson and M. M. Hilferty, PNAS 17, 684, 1931).
+        // Quantile of chi square over its degrees of freedom (E. B. Wilson and M. M. Hilferty, PNAS 17, 684, 1931).
         let width = 2.0 / (9.0 * freedom);
         let white = (1.0 - width + significance * width.sqrt()).powi(3);
         (self.clusters >= LEAST_CLUSTERS && ratio > white && ratio.is_finite()).then_some(ratio)
@@ -131,8 +133,8 @@ mod tests {
         assert!(inflated.count() < 10);
     }
 
-    /// The intercept lies where the errors are large: its variance over that which their mean variance gives is that of
-    /// repeated fits.
+    /// The intercept is determined where the errors are large: its variance inflation relative to the mean variance of
+    /// the errors is that of repeated fits.
     #[test]
     fn errors_of_unequal_variance_count_where_they_act() {
         let mean = |of: &dyn Fn(usize) -> f64| (0..200).map(of).sum::<f64>() / 200.0;

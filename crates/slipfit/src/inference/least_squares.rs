@@ -1,4 +1,4 @@
-//! Damped Gauss-Newton on normal equations that the model itself sums up.
+//! Damped Gauss-Newton method on normal equations accumulated by the model.
 
 use super::covariance::Covariance;
 use super::limited_step::Limits;
@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, SymmetricEigen};
 
 pub(crate) use super::normal::{LeastSquares, Normal, log_determinant, newton_step, promised_gain};
 
-/// Where a fit ended.
+/// Result of a fit.
 #[derive(Debug, Clone)]
 pub(crate) struct Fit {
     pub(crate) parameters: Vec<f64>,
@@ -19,7 +19,7 @@ pub(crate) struct Fit {
     pub(crate) converged: bool,
 }
 
-/// Sorts fits by their sums of squares, the least first.
+/// Sorts fits by their sums of squares in ascending order.
 pub(crate) fn by_rss(fits: &mut [Fit]) {
     sort_by_value(fits, |f| f.rss);
 }
@@ -34,8 +34,8 @@ impl Fit {
         if scale > 0.0 { self.unit_covariance[(a, b)] / scale } else { 0.0 }
     }
 
-    /// Steps of all parameters along the principal axes of the correlation, each as long as one
-    /// standard error at unit variance: the covariance is the sum of their squares.
+    /// Steps of all parameters along the principal axes of the correlation matrix, each one standard error long at unit
+    /// variance: the covariance is the sum of their outer products.
     pub(crate) fn principal_steps(&self) -> Vec<Vec<f64>> {
         let free = &self.free;
         let correlation = DMatrix::from_fn(free.len(), free.len(), |a, b| self.correlation(free[a], free[b]));
@@ -53,20 +53,19 @@ impl Fit {
 }
 
 const MAX_STEPS: usize = 40;
-/// A step is small enough when it moves no parameter by more than this part of
-/// its standard error: far below anything the data can tell.
+/// A step is small enough if it changes no parameter by more than this fraction of its standard error, far below what
+/// the data can resolve.
 pub(crate) const STEP_TOLERANCE: f64 = 3e-3;
 
 /// Minimises `rᵀr` over the `free` parameters from `start`.
 ///
-/// `None` if the model does not exist at `start` or a free parameter has no
-/// influence at all.
+/// `None` if the model does not exist at `start` or a free parameter has no influence.
 pub(crate) fn minimise(problem: &dyn LeastSquares, start: &[f64], free: &[usize]) -> Option<Fit> {
     minimise_until(problem, start, free, STEP_TOLERANCE, false)
 }
 
-/// [`minimise`] to within `tolerance` standard errors. With `take_last` the final step is applied without evaluating the
-/// model there: its error is of second order, and a pass over the data is saved.
+/// [`minimise`] to within `tolerance` standard errors. With `take_last` the final step is applied without evaluating
+/// the model there: the error is of second order, and a pass over the data is saved.
 pub(crate) fn minimise_until(
     problem: &dyn LeastSquares,
     start: &[f64],
@@ -78,8 +77,8 @@ pub(crate) fn minimise_until(
     fit_at(found, free)
 }
 
-/// [`minimise`] for the sum of squares alone: a step that only its damping makes small ends the search as well, instead
-/// of many smaller ones along an edge of the model.
+/// [`minimise`] for the sum of squares alone: a step that is small only because of the damping also ends the search,
+/// which avoids many small steps along an edge of the model.
 pub(crate) fn minimise_roughly(
     problem: &dyn LeastSquares,
     start: &[f64],
@@ -90,8 +89,8 @@ pub(crate) fn minimise_roughly(
     fit_at(found, free)
 }
 
-/// [`minimise`] from a start near the minimum: a first step below [`NEAR`] standard errors, or one that lowers the sum of
-/// squares by no more than `most`, is applied without evaluating the model there; its error is of second order.
+/// [`minimise`] from a start near the minimum: a first step below [`NEAR`] standard errors, or one that reduces the sum
+/// of squares by no more than `most`, is applied without evaluating the model there; the error is of second order.
 pub(crate) fn minimise_near(
     problem: &dyn LeastSquares,
     start: &[f64],
@@ -123,18 +122,18 @@ pub(crate) fn fit_at((parameters, sums, converged): (Vec<f64>, Normal, bool), fr
     Some(Fit { parameters, unit_covariance, rss: sums.rss, free: free.to_vec(), converged })
 }
 
-/// The small step that ends a search.
+/// Treatment of the small step that ends a search.
 #[derive(Clone, Copy, PartialEq)]
 enum Ending {
-    /// Left alone.
+    /// The step is not taken.
     Left,
-    /// Taken, unseen.
+    /// The step is taken without evaluating the model.
     Taken,
-    /// Taken; one that damping makes small is left alone.
+    /// The step is taken; a step that is small only because of the damping ends the search but is not taken.
     Damped,
 }
 
-/// [`minimise_until`] without a covariance: parameters, the sums there, and whether it converged.
+/// [`minimise_until`] without the covariance: parameters, the sums there, and whether the search converged.
 pub(crate) fn descend(
     problem: &dyn LeastSquares,
     start: &[f64],
@@ -146,7 +145,7 @@ pub(crate) fn descend(
     descend_until(problem, start, free, &[], tolerance, ending)
 }
 
-/// [`descend`] with the parameters of `non_negative` kept at zero or above, the last step taken.
+/// [`descend`] with the parameters in `non_negative` kept at zero or above; the last step is taken.
 pub(crate) fn descend_within(
     problem: &dyn LeastSquares,
     start: &[f64],
@@ -157,7 +156,7 @@ pub(crate) fn descend_within(
     descend_until(problem, start, free, non_negative, tolerance, Ending::Taken)
 }
 
-/// Variances of rounding by which a step must lower the sum of squares.
+/// Smallest significant decrease of the sum of squares by a step, in rounding variances of one observation.
 const WITHIN_ROUNDING: f64 = 10.0;
 
 fn descend_until(
@@ -196,8 +195,8 @@ fn descend_until(
         if negligible && (undamped || ending == Ending::Damped) {
             converged = true;
             let last = stepped(&best, free, &step);
-            // A start at a minimum with an edge, such as a stop between two samples, has a slope of either side,
-            // by its rounding: a step along it is seen first.
+            // If the start is a minimum with an edge, such as a stop between two samples, rounding decides on which
+            // side of the edge the slope is evaluated. Therefore a step from the start is evaluated before it is taken.
             let mut downhill = || {
                 let exists = problem.normal_of(&last, free, &mut trial_sums, sums.rss);
                 exists && trial_sums.rss <= sums.rss
@@ -224,7 +223,7 @@ fn descend_until(
         } else {
             damping = if damping == 0.0 { 1e-3 } else { damping * 8.0 };
             if damping > 1e10 {
-                // No downhill step at rounding level: this is the minimum.
+                // No downhill step at rounding level, so this is the minimum.
                 converged = true;
                 break;
             }
@@ -241,9 +240,9 @@ fn stepped(from: &[f64], free: &[usize], step: &[f64]) -> Vec<f64> {
     to
 }
 
-/// One step over all observations from the minimum of a part of them, `part` with its `sums`
-/// there: what the step leaves is read off the part, whose gradient would change in proportion to
-/// it were the model linear. `None` where that says more than `tolerance` standard errors are left.
+/// One step over all observations from the minimum of a subset of them, `part`, with its `sums` there. The error of the
+/// step is estimated from the subset, whose gradient would change in proportion to the step for a linear model. `None`
+/// if this estimate exceeds `tolerance` standard errors.
 pub(crate) fn one_step(
     problem: &dyn LeastSquares,
     part: &dyn LeastSquares,
@@ -288,7 +287,7 @@ pub(crate) fn linear(
     linear_of(&sums, &(0..columns).collect::<Vec<usize>>())
 }
 
-/// The same by some of the columns whose sums are known.
+/// The same for some of the columns, from their sums.
 pub(crate) fn linear_of(sums: &Normal, columns: &[usize]) -> Option<(Vec<f64>, DMatrix<f64>, f64)> {
     let (step, gain) = solve(sums, columns, 0.0)?;
     let all = invert(sums, columns, sums.jtr.len())?;
@@ -333,7 +332,7 @@ mod tests {
         }
     }
 
-    /// Two lines that meet: the gradient at the edge is that of one of them.
+    /// Two lines that meet at an edge; the gradient at the edge is that of one of them.
     struct Edge {
         slope: f64,
     }

@@ -1,4 +1,4 @@
-//! Steps of a fit to the least of the quadratic form within the limits of its parameters.
+//! Steps of a fit to the minimum of the quadratic form within the limits of its parameters.
 
 use super::normal::{LeastSquares, Normal, solve};
 use std::borrow::Cow;
@@ -8,19 +8,19 @@ pub(crate) struct Limits<'a> {
     problem: &'a dyn LeastSquares,
     free: &'a [usize],
     non_negative: &'a [usize],
-    /// Whether there are any.
+    /// Whether any parameter has a limit.
     any: bool,
 }
 
-/// Slope off a limit, by a parameter scaled to unit norm of its column and over the norm of the residuals, that is
-/// rounding.
+/// Slope away from a limit that is attributed to rounding, for parameters scaled to unit norm of their columns and
+/// relative to the norm of the residuals.
 const LEAST_SLOPE: f64 = 1e-10;
 
-/// Sets of parameters on their limit that are passed at most; each has a lower form than the one before.
+/// Maximum number of active sets tried; each has a lower value of the quadratic form than the previous one.
 const MOST_SETS: usize = 256;
 
 impl<'a> Limits<'a> {
-    /// Those of the problem, and zero as the least of some.
+    /// The limits of the problem, with zero as an additional lower limit of the parameters in `non_negative`.
     pub(crate) fn of(problem: &'a dyn LeastSquares, free: &'a [usize], non_negative: &'a [usize]) -> Self {
         let has = |i: &usize| non_negative.contains(i) || problem.range(*i).iter().any(|v| v.is_finite());
         Self { problem, free, non_negative, any: free.iter().any(has) }
@@ -31,8 +31,8 @@ impl<'a> Limits<'a> {
         [if self.non_negative.contains(&i) { least.max(0.0) } else { least }, most]
     }
 
-    /// The same with each free parameter within its limits, and with what has an influence as soon as another one
-    /// leaves zero.
+    /// Clamps each free parameter to its limits, and sets parameters that gain influence when another one departs from
+    /// zero to their initial values.
     pub(crate) fn within(&self, start: &[f64]) -> Vec<f64> {
         let mut start = start.to_vec();
         if !self.any {
@@ -51,7 +51,7 @@ impl<'a> Limits<'a> {
         start
     }
 
-    /// The free parameters without those that have no influence because another is zero.
+    /// The free parameters, excluding those that have no influence because another parameter is zero.
     pub(crate) fn influential(&self, at: &[f64]) -> Cow<'a, [usize]> {
         let idle: Vec<usize> = idle(self.problem, at).filter(|i| self.free.contains(i)).collect();
         if idle.is_empty() {
@@ -60,10 +60,10 @@ impl<'a> Limits<'a> {
         self.free.iter().copied().filter(|i| !idle.contains(i)).collect()
     }
 
-    /// The step of the free parameters to the least of the damped quadratic form within the limits, and the decrease
-    /// of the sum of squares it promises.
+    /// The step of the free parameters to the minimum of the damped quadratic form within the limits, and the decrease
+    /// of the sum of squares that it predicts.
     ///
-    /// By an active set (Lawson and Hanson 1974, Solving Least Squares Problems, chapter 23; for limits on both sides
+    /// Active-set method (Lawson and Hanson 1974, Solving Least Squares Problems, chapter 23; for limits on both sides
     /// Stark and Parker 1995, Computational Statistics 10, 129).
     pub(crate) fn step(&self, at: &[f64], sums: &Normal, damping: f64) -> Option<(Vec<f64>, f64)> {
         if !self.any {
@@ -71,7 +71,7 @@ impl<'a> Limits<'a> {
         }
         let moving = self.influential(at);
         let jtj = |i: usize, k: usize| sums.jtj[(i.max(k), i.min(k))];
-        // Slope downhill behind a step, of the form and of the damped one.
+        // Downhill slope after a step, of the quadratic form and of the damped one.
         let slope =
             |step: &[f64], i: usize| sums.jtr[i] - moving.iter().map(|&k| jtj(i, k) * step[k]).sum::<f64>();
         let damped = |step: &[f64], i: usize| slope(step, i) - damping * jtj(i, i) * step[i];
@@ -99,8 +99,8 @@ impl<'a> Limits<'a> {
         Some((self.free.iter().map(|&i| step[i]).collect(), promised))
     }
 
-    /// Goes toward the least of the form by the parameters `inside` as far as none leaves its limits; the one that
-    /// would.
+    /// Moves the parameters `inside` toward the minimum of the form until one of them reaches a limit; returns that
+    /// parameter, if any.
     fn toward_least(
         &self,
         at: &[f64],

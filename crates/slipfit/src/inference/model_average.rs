@@ -2,11 +2,11 @@
 
 use nalgebra::DMatrix;
 
-/// Probabilities of models that are compared, their sum one.
+/// Probabilities of the models compared; their sum is one.
 pub(crate) struct ModelWeights(Vec<f64>);
 
 impl ModelWeights {
-    /// From the odds of each model before the data, and minus twice the logarithm of its likelihood.
+    /// From the prior odds of each model and minus twice the logarithm of its likelihood.
     pub(crate) fn new(models: impl IntoIterator<Item = [f64; 2]>) -> Self {
         let models: Vec<[f64; 2]> = models.into_iter().collect();
         let least = models.iter().map(|[_, deviance]| *deviance).fold(f64::INFINITY, f64::min);
@@ -15,12 +15,12 @@ impl ModelWeights {
         Self(models.iter().map(|model| of(model) / total).collect())
     }
 
-    /// Mean of what each model says of a quantity.
+    /// Weighted mean over the models of a quantity.
     pub(crate) fn mean(&self, of: impl Fn(usize) -> f64) -> f64 {
         self.0.iter().enumerate().map(|(model, weight)| weight * of(model)).sum()
     }
 
-    /// Mean of the estimates of each model, and their covariance: that within the models and that between them (Hoeting et
+    /// Mean of the estimates of the models, and their covariance: within the models plus between the models (Hoeting et
     /// al. 1999, Statistical Science 14, 382, eqs. 3 and 4).
     pub(crate) fn moments<'a>(
         &self,
@@ -43,7 +43,7 @@ mod tests {
 
     #[test]
     fn a_mixture_has_the_moments_of_its_parts() {
-        // Equal likelihoods, odds of three to one: about 1 with variance 4, and about 5 with variance 2.
+        // Equal likelihoods, prior odds of three to one: about 1 with variance 4, and about 5 with variance 2.
         let weights = ModelWeights::new([[3.0, 7.0], [1.0, 7.0]]);
         let estimates = [[1.0], [5.0]];
         let (mean, covariance) = weights.moments(|m| &estimates[m], |m, _| [4.0, 2.0][m]);

@@ -1,4 +1,4 @@
-//! Model comparison: every loss model fitted to the same data, physical limits kept, ranked by BIC.
+//! Model comparison: every loss model is fitted to the same data within physical limits and ranked by BIC.
 
 use super::criteria::InferenceCriteria;
 use super::least_squares::Fit;
@@ -10,17 +10,17 @@ use std::sync::Arc;
 #[derive(Debug, Clone)]
 pub(crate) struct ModelFit {
     pub(crate) model: LossModel,
-    /// Best fit with the limits lifted: losses may come out negative.
+    /// Best fit without limits: losses may be negative.
     pub(crate) unbounded: Arc<Fit>,
-    /// Best fit within the limits: this one, or that of the smaller model it falls to.
+    /// Best fit within the limits: the same fit, or that of the smaller model to which it reduces.
     pub(crate) bounded: Arc<Fit>,
-    /// The loss term that came out negative, if any.
+    /// The loss term that is negative in the unbounded fit, if any.
     pub(crate) at_limit: Option<LossTerm>,
     pub(crate) bic: f64,
 }
 
 impl ModelFit {
-    /// Where the coefficients of its loss terms but one stand; `slot` as in [`ModelComparison::new`].
+    /// Slots of the coefficients of all its loss terms but one; `slot` as in [`ModelComparison::new`].
     pub(crate) fn other_slots(&self, term: LossTerm, slot: impl Fn(LossTerm) -> usize) -> Vec<usize> {
         self.model.terms().filter(|other| *other != term).map(slot).collect()
     }
@@ -32,13 +32,13 @@ pub(crate) struct ModelComparison {
     pub(crate) fits: Vec<ModelFit>,
     pub(crate) noise: NoiseModel,
     pub(crate) criteria: InferenceCriteria,
-    /// Viscous loss is sure beside sliding loss: models without it say nothing of what may take its place.
+    /// Viscous loss is certain in addition to sliding loss: models without it do not limit what may replace it.
     pub(crate) viscous_is_sure: bool,
 }
 
 impl ModelComparison {
-    /// Holds the fits to their limits and ranks them; `slot` is where a problem keeps the
-    /// coefficient of a loss term.
+    /// Applies the limits to the fits and ranks them; `slot` is the index of the coefficient of a loss term in the
+    /// problem.
     pub(crate) fn new(
         fits: &[(LossModel, Fit)],
         slot: impl Fn(LossTerm) -> usize,
@@ -54,7 +54,7 @@ impl ModelComparison {
                 let bounded = if at_limit.is_none() {
                     fit
                 } else {
-                    // On the limit the model is one of the smaller models within it.
+                    // At the limit the model reduces to one of the smaller models within it.
                     fits.iter()
                         .filter(|(m, f)| m.is_within(*model) && negative(*m, f).is_none())
                         .min_by(|a, b| a.1.rss.total_cmp(&b.1.rss))
@@ -72,7 +72,7 @@ impl ModelComparison {
         Self { fits, noise, criteria: criteria.clone(), viscous_is_sure: false }
     }
 
-    /// The same fits judged by another noise model.
+    /// The same fits with another noise model.
     pub(crate) fn with_noise(mut self, noise: NoiseModel) -> Self {
         for fit in &mut self.fits {
             fit.bic = noise.bic(fit.bounded.rss, fit.unbounded.free.len());
@@ -81,13 +81,13 @@ impl ModelComparison {
         self
     }
 
-    /// The terms of the models compared; those compared by default also where data were too few.
+    /// The terms of the models compared; terms compared by default are included even if the data were too few.
     pub(crate) fn terms(&self) -> impl Iterator<Item = LossTerm> {
         let fitted = |t: LossTerm| self.fits.iter().any(|f| f.model.has(t));
         LossTerm::ALL.iter().copied().filter(move |t| t.is_compared() || fitted(*t))
     }
 
-    /// What models are ranked by, the lower the better.
+    /// Criterion by which models are ranked, lower is better.
     fn rank(&self, fit: &ModelFit) -> f64 {
         let further = !fit.model.is_within(LossModel::VISCOUS_SLIDING);
         let penalised = further && !fit.model.has(LossTerm::Viscous);
@@ -103,12 +103,12 @@ impl ModelComparison {
         self.fits.iter().find(|f| f.model == model)
     }
 
-    /// The largest model with its terms inside their limits: what it leaves is noise if any of them holds.
+    /// The largest model with its terms unbounded: its residuals are noise if any of the models is valid.
     pub(crate) fn largest(&self) -> Option<&ModelFit> {
         self.fits.iter().max_by_key(|f| f.model.terms().count())
     }
 
-    /// The fit of a model asked for, or where the data do not determine all of its parameters that of the largest
+    /// The fit of the requested model, or, if the data do not determine all of its parameters, that of the largest
     /// model within it.
     pub(crate) fn largest_within(&self, asked: LossModel) -> Option<&ModelFit> {
         let within = self.fits.iter().filter(|f| f.model.is_within(asked));
@@ -120,9 +120,9 @@ impl ModelComparison {
         })
     }
 
-    /// The model of lowest BIC, penalties counted, among those with every term inside its limit. Terms
-    /// beside viscous and sliding loss must be significant as well: of few observations the BIC asks
-    /// less than the F test does.
+    /// The model of lowest BIC, including penalties, among those with every term inside its limit. Terms other than
+    /// viscous and sliding loss must also be significant, because for few observations the BIC is less strict than the
+    /// F test.
     pub(crate) fn preferred(&self) -> Option<&ModelFit> {
         let inside = || self.fits.iter().filter(|f| f.at_limit.is_none());
         let best = self.lowest(inside()).or_else(|| self.lowest(self.fits.iter()))?;
@@ -138,19 +138,18 @@ impl ModelComparison {
         Some(if p_value < self.criteria.further_significance { best } else { plain })
     }
 
-    /// The model whose values are reported: the preferred one with viscous and sliding loss in any
-    /// case, at their limit where the data want none.
+    /// The model whose values are reported: the preferred one, always with viscous and sliding loss, at their limits if
+    /// the data do not require them.
     ///
-    /// A term left out because the data do not show it is not known to be zero: intervals of the
-    /// others would hold the truth far less often than they say (Leeb and Pötscher 2005,
-    /// Econometric Theory 21, 21).
+    /// A term left out because it is not detected is not known to be zero: without it the intervals of the other terms
+    /// would cover the true value far less often than stated (Leeb and Pötscher 2005, Econometric Theory 21, 21).
     pub(crate) fn reported(&self) -> Option<&ModelFit> {
         let preferred = self.preferred()?.model;
         self.get(preferred.with(LossTerm::Viscous).with(LossTerm::Sliding))
     }
 
-    /// A model that describes the data as well as the preferred one, to within `bic`, with terms that
-    /// are not part of what is reported, or without some that are beside viscous and sliding loss.
+    /// A model that describes the data as well as the preferred one, to within `bic`, and that has terms which are not
+    /// reported, or lacks some terms other than viscous and sliding loss.
     pub(crate) fn rival(&self, bic: f64) -> Option<&ModelFit> {
         let preferred = self.preferred()?;
         let reported = |m: LossModel| m.with(LossTerm::Viscous).with(LossTerm::Sliding);
@@ -164,14 +163,14 @@ impl ModelComparison {
         self.fits.iter().map(|f| f.bic).fold(f64::INFINITY, f64::min)
     }
 
-    /// The fit that determines a loss term: the chosen model's where it has the term, else that of
-    /// the model with it besides.
+    /// The fit that determines a loss term: that of the chosen model if it has the term, otherwise that of the chosen
+    /// model with the term added.
     pub(crate) fn fit_with(&self, chosen: &ModelFit, term: LossTerm) -> Option<&ModelFit> {
         self.get(chosen.model.with(term))
     }
 
-    /// p value of sliding friction given the best model without it, and how much the best model
-    /// with it is better by BIC; 1 and 0 where there are too few data for the models it takes.
+    /// p value of sliding friction given the best model without it, and the BIC difference between the best models
+    /// without and with it; 1 and 0 if there are too few data for the required models.
     pub(crate) fn sliding_evidence(&self) -> (f64, f64) {
         let best = |sliding: bool| self.lowest(self.fits.iter().filter(|f| f.model.has_sliding() == sliding));
         let (Some(without), Some(with)) = (best(false), best(true)) else { return (1.0, 0.0) };
@@ -179,8 +178,8 @@ impl ModelComparison {
         (both.map_or(1.0, |both| self.p_value(without, both)), self.rank(without) - self.rank(with))
     }
 
-    /// p value of sliding friction beside the other losses of a fit; `None` where it has no friction, or
-    /// nothing else, or no fit without it was made.
+    /// p value of sliding friction in addition to the other losses of a fit; `None` if the fit has no sliding friction
+    /// or no other loss, or if the model without it was not fitted.
     pub(crate) fn sliding_beside(&self, fit: &ModelFit) -> Option<f64> {
         let others: Vec<LossTerm> = fit.model.terms().filter(|t| *t != LossTerm::Sliding).collect();
         let without = LossModel::from_terms(&others).and_then(|m| self.get(m));
@@ -201,8 +200,8 @@ impl ModelComparison {
         self.noise.p_value(small.bounded.rss, &large.bounded, &large.unbounded)
     }
 
-    /// Largest value of a loss coefficient that the data allow: what it would be alone, and so many
-    /// standard errors more. `None` where that model was not fitted.
+    /// Largest value of a loss coefficient that the data allow: its value in the model with this loss alone plus a
+    /// number of standard errors. `None` if that model was not fitted.
     pub(crate) fn most(&self, term: LossTerm, slot: usize) -> Option<f64> {
         let alone = &self.get(LossModel::from_terms(&[term])?)?.unbounded;
         let most = alone.parameters[slot].max(0.0)
@@ -240,7 +239,7 @@ mod tests {
         let comparison = ModelComparison::new(&fits, |_| 0, noise, &InferenceCriteria::default());
         let found = |asked| comparison.largest_within(asked).map(|f| f.model);
         assert_eq!(found(LossModel::VISCOUS_SLIDING), Some(LossModel::VISCOUS_SLIDING));
-        // Two of two terms each: the one that fits better.
+        // Two models with two terms each: the one that fits better.
         assert_eq!(found(all), Some(viscous_drag));
         assert_eq!(found(LossModel::SLIDING), None);
     }

@@ -1,41 +1,41 @@
-//! The noise model: how a sum of squares turns into standard errors, tests and criteria.
+//! The noise model: converts a sum of squares into standard errors, tests and criteria.
 
 use super::evidence::{bic, one_sided, student_factor};
 use super::least_squares::Fit;
 
-/// Variance of the weighted observations, known or estimated from the residuals, and its
-/// inflation where residuals are autocorrelated.
+/// Variance of the weighted observations, known or estimated from the residuals, and its inflation if the residuals are
+/// autocorrelated.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct NoiseModel {
-    /// Observations behind the sum of squares.
+    /// Number of observations in the sum of squares.
     pub(crate) observations: f64,
-    /// Variance of one weighted observation where it is known; `None`: from the residuals.
+    /// Variance of one weighted observation if known; `None` if it is estimated from the residuals.
     pub(crate) known_variance: Option<f64>,
-    /// Factor on variances for autocorrelated residuals; 1 for white ones.
+    /// Variance inflation for autocorrelated residuals; 1 for white ones.
     pub(crate) variance_inflation: f64,
 }
 
 impl NoiseModel {
-    /// White noise whose variance the residuals give.
+    /// White noise whose variance is estimated from the residuals.
     pub(crate) fn white(observations: f64) -> Self {
         Self { observations, known_variance: None, variance_inflation: 1.0 }
     }
 
-    /// Variance of one weighted observation, not inflated.
+    /// Variance of one weighted observation, without inflation.
     pub(crate) fn residual_variance(&self, fit: &Fit) -> f64 {
         let dof = (self.observations - fit.free.len() as f64).max(1.0);
         self.known_variance.unwrap_or(fit.rss / dof)
     }
 
-    /// Variance of one weighted observation as it enters standard errors.
+    /// Variance of one weighted observation, as used in standard errors.
     pub(crate) fn variance(&self, fit: &Fit) -> f64 {
         self.residual_variance(fit) * self.variance_inflation
     }
 
     /// Degrees of freedom of the variance.
     ///
-    /// Squares of AR(1) residuals correlate as rho², which leaves `(1 - rho²)/(1 + rho²)` of them,
-    /// with `variance_inflation = (1 + rho)/(1 - rho)`.
+    /// The squares of AR(1) residuals have a correlation of rho², so that the effective fraction is
+    /// `(1 - rho²)/(1 + rho²)`, with `variance_inflation = (1 + rho)/(1 - rho)`.
     fn degrees_of_freedom(&self, fit: &Fit) -> f64 {
         if self.known_variance.is_some() {
             return f64::INFINITY;
@@ -45,11 +45,11 @@ impl NoiseModel {
         ((self.observations - fit.free.len() as f64) * share).max(1.0)
     }
 
-    /// Bayesian information criterion, autocorrelation counted.
+    /// Bayesian information criterion, with the autocorrelation taken into account.
     pub(crate) fn bic(&self, rss: f64, parameters: usize) -> f64 {
         let effective = (self.observations / self.variance_inflation).max(2.0);
         match self.known_variance {
-            // With the noise known the likelihood needs no estimate of it.
+            // If the noise is known, the likelihood does not require an estimate of it.
             Some(v) => {
                 (rss / (v * self.variance_inflation).max(f64::MIN_POSITIVE)).min(f64::MAX)
                     + parameters as f64 * effective.ln()
@@ -58,8 +58,8 @@ impl NoiseModel {
         }
     }
 
-    /// One-sided p value of one more term that cannot be negative: `large` is the fit that has it,
-    /// within its limits, and `offered` the one with every parameter the data were offered.
+    /// One-sided p value of one additional term that cannot be negative. `large` is the fit with the term within its
+    /// limits, `offered` the unbounded fit with all parameters.
     pub(crate) fn p_value(&self, small_rss: f64, large: &Fit, offered: &Fit) -> f64 {
         one_sided((small_rss - large.rss) / self.variance(large), self.degrees_of_freedom(offered))
     }
@@ -69,7 +69,7 @@ impl NoiseModel {
         fit.unit_std(parameter) * self.variance(fit).sqrt()
     }
 
-    /// Half width of a 95 % interval over `1.96` standard errors, for few observations.
+    /// Half width of a 95 % interval over `1.96` standard errors, which exceeds 1 for few observations.
     pub(crate) fn student_factor(&self, fit: &Fit) -> f64 {
         student_factor(self.degrees_of_freedom(fit))
     }
@@ -89,8 +89,8 @@ pub(crate) fn autocorrelation(residuals: &[f64]) -> f64 {
     if c0 > 0.0 { c1 / c0 } else { 0.0 }
 }
 
-/// [`ar1_variance_inflation`] of `n` residuals where their autocorrelation exceeds `significance`
-/// standard errors (`1/sqrt(n)` for white residuals), else 1.
+/// [`ar1_variance_inflation`] of `n` residuals if their autocorrelation exceeds `significance` standard errors
+/// (`1/sqrt(n)` for white residuals), otherwise 1.
 pub(crate) fn significant_inflation(rho: f64, n: usize, significance: f64) -> f64 {
     if rho > significance / (n as f64).sqrt() { ar1_variance_inflation(rho) } else { 1.0 }
 }
@@ -101,8 +101,7 @@ pub(crate) fn ar1_variance_inflation(rho: f64) -> f64 {
     (1.0 + rho) / (1.0 - rho)
 }
 
-/// Beyond this autocorrelation the residuals are a misfit rather than noise, and no factor on the
-/// variance makes up for it.
+/// Above this autocorrelation the residuals are a misfit rather than noise, and no variance inflation accounts for it.
 const MOST_AUTOCORRELATION: f64 = 0.95;
 
 #[cfg(test)]

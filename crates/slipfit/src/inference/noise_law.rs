@@ -1,43 +1,43 @@
-//! Noise of a floor and a part in proportion to the amplitude, by the likelihood of residuals.
+//! Noise with a floor and a part proportional to the amplitude, estimated from the likelihood of the residuals.
 
-/// The residual of one measured amplitude with what its variance may come from.
+/// The residuals of one measured amplitude with the contributions to their variance.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Scatter {
     /// Modelled amplitude, squared.
     pub(crate) square: f64,
-    /// Variance of the floor, known up to the same factor for all.
+    /// Variance of the floor, up to a common factor.
     pub(crate) floor: f64,
-    /// Sum of squares of its residuals.
+    /// Sum of squares of the residuals.
     pub(crate) residual: f64,
-    /// Numbers in that sum.
+    /// Number of terms in that sum.
     pub(crate) count: f64,
 }
 
-/// Whether the factor of the variances is known.
+/// Whether the common factor of the variances is known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Scale {
-    /// It is one.
+    /// The factor is one.
     Known,
-    /// The residuals give it.
+    /// The factor is estimated from the residuals.
     Estimated,
 }
 
-/// A ratio of the two parts with its likelihood.
+/// A ratio of the two parts of the variance with its likelihood.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Likely {
-    /// Proportional part over the floor, in units of the variances, per squared amplitude.
+    /// Proportional part of the variance over the floor, per squared amplitude.
     pub(crate) ratio: f64,
-    /// Minus twice the logarithm of the likelihood, but for a constant.
+    /// Minus twice the logarithm of the likelihood, up to a constant.
     pub(crate) minus_two_log: f64,
 }
 
-/// The most likely factor of variances `floor + ratio A²`.
+/// The most likely common factor of variances `floor + ratio A²`.
 pub(crate) fn scale_at(scatter: &[Scatter], ratio: f64) -> f64 {
     let count: f64 = scatter.iter().map(|s| s.count).sum();
     scatter.iter().map(|s| s.residual / (s.floor + ratio * s.square)).sum::<f64>() / count
 }
 
-/// The likelihood of residuals of variance `floor + ratio A²` times a factor.
+/// The likelihood of residuals with variance `floor + ratio A²` times a common factor.
 pub(crate) fn likelihood(scatter: &[Scatter], ratio: f64, scale: Scale) -> Likely {
     let count: f64 = scatter.iter().map(|s| s.count).sum();
     let logarithms: f64 = scatter.iter().map(|s| s.count * (s.floor + ratio * s.square).ln()).sum();
@@ -49,7 +49,7 @@ pub(crate) fn likelihood(scatter: &[Scatter], ratio: f64, scale: Scale) -> Likel
     Likely { ratio, minus_two_log: squares + logarithms }
 }
 
-/// The most likely of some ratios.
+/// The most likely of the given ratios.
 pub(crate) fn most_likely(
     scatter: &[Scatter],
     ratios: impl Iterator<Item = f64>,

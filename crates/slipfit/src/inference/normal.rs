@@ -1,7 +1,7 @@
-//! Normal equations: the sums that a model hands over, and their solution.
+//! Normal equations: the sums provided by a model, and their solution.
 //!
-//! No N × p Jacobian is stored: a model streams its samples once per step and
-//! hands over `JᵀJ`, `Jᵀr` and `rᵀr` for a handful of parameters.
+//! No N × p Jacobian is stored: a model passes over its samples once per step and returns `JᵀJ`, `Jᵀr` and `rᵀr` for a
+//! few parameters.
 
 use super::covariance::Covariance;
 use nalgebra::{DMatrix, DVector};
@@ -26,10 +26,10 @@ impl Normal {
         self.rss = 0.0;
     }
 
-    /// Adds one weighted row; the lower triangle is kept.
+    /// Adds one weighted row; only the lower triangle is stored.
     pub(crate) fn add_row(&mut self, row: &[f64], residual: f64, weight: f64) {
         let rows = self.jtj.nrows();
-        // By columns, which lie one after another.
+        // Column by column, because columns are contiguous.
         let columns = self.jtj.as_mut_slice().chunks_exact_mut(rows.max(1));
         for (j, ((column, jtr), &b)) in columns.zip(self.jtr.as_mut_slice()).zip(row).enumerate() {
             let wb = weight * b;
@@ -50,44 +50,45 @@ pub(crate) trait LeastSquares {
     /// Number of observations.
     fn observations(&self) -> f64;
 
-    /// The part of the sum of squares that is the rounding of times and motion, counted whether or not it is seen.
+    /// The part of the sum of squares due to the rounding of times and motion, included whether or not it is
+    /// significant.
     fn rounding(&self) -> f64 {
         0.0
     }
 
-    /// Sums the normal equations at `p` into `out` (cleared here; lower triangle
-    /// of `jtj` suffices). `false` where the model does not exist.
+    /// Accumulates the normal equations at `p` into `out` (cleared here; the lower triangle of `jtj` suffices). `false`
+    /// if the model does not exist.
     fn normal(&self, p: &[f64], out: &mut Normal) -> bool;
 
-    /// The same, free to give up (`false`) once the sum of squares exceeds `limit`: a step
-    /// that leads there is refused anyway.
+    /// The same, but may stop and return `false` once the sum of squares exceeds `limit`, because a step to this point
+    /// is rejected anyway.
     fn normal_within(&self, p: &[f64], out: &mut Normal, _limit: f64) -> bool {
         self.normal(p, out)
     }
 
-    /// The same, free to leave out the sums of parameters that are not `free`.
+    /// The same, but may omit the sums of parameters that are not `free`.
     fn normal_of(&self, p: &[f64], _free: &[usize], out: &mut Normal, limit: f64) -> bool {
         self.normal_within(p, out, limit)
     }
 
-    /// Whether the work allowed to the search is used up: the model is then found nowhere, though it may exist.
+    /// Whether the work allowed for the search is used up; the model is then reported as non-existent everywhere.
     fn is_spent(&self) -> bool {
         false
     }
 
-    /// Limits of a parameter beyond which the model does not exist, though it does at both of them.
+    /// Limits of a parameter outside which the model does not exist; it exists at both of them.
     fn range(&self, _parameter: usize) -> [f64; 2] {
         [f64::NEG_INFINITY, f64::INFINITY]
     }
 
-    /// The parameter without any influence where another one is zero, such as the exponent of a loss that is
-    /// absent, and where its search begins.
+    /// The parameter that has no influence if another one is zero, such as the exponent of a loss that is absent, and
+    /// its initial value for the search.
     fn without_influence(&self, _zero: usize) -> Option<(usize, f64)> {
         None
     }
 }
 
-/// Solves `(JᵀJ + damping diag) step = Jᵀr` in scaled variables; also the decrease of rss it promises.
+/// Solves `(JᵀJ + damping diag) step = Jᵀr` in scaled variables; also returns the predicted decrease of rss.
 pub(crate) fn solve(sums: &Normal, free: &[usize], damping: f64) -> Option<(Vec<f64>, f64)> {
     if free.len() <= FEW {
         return solve_few(sums, free, damping);
@@ -104,7 +105,8 @@ pub(crate) fn solve(sums: &Normal, free: &[usize], damping: f64) -> Option<(Vec<
     Some(((0..m).map(|k| step[k] * scale[k]).collect(), predicted))
 }
 
-/// Parameters whose equations are solved on the stack: those of a few samples take no longer than an allocation.
+/// Largest number of parameters whose equations are solved on the stack: for few samples an allocation takes as long as
+/// the solution.
 const FEW: usize = 10;
 
 fn solve_few(sums: &Normal, free: &[usize], damping: f64) -> Option<(Vec<f64>, f64)> {
@@ -121,7 +123,7 @@ fn solve_few(sums: &Normal, free: &[usize], damping: f64) -> Option<(Vec<f64>, f
             a[k][l] = sums.jtj[(i.max(j), i.min(j))] * scale[k] * scale[l];
         }
     }
-    // Cholesky's factor, then both triangles.
+    // Cholesky factor, then both triangular systems.
     let mut factor = a;
     for k in 0..m {
         for l in 0..=k {
@@ -150,12 +152,12 @@ fn solve_few(sums: &Normal, free: &[usize], damping: f64) -> Option<(Vec<f64>, f
     Some((step[..m].iter().zip(scale).map(|(s, scale)| s * scale).collect(), predicted))
 }
 
-/// The whole step `(JᵀJ)⁻¹ Jᵀr` of the free parameters.
+/// The full step `(JᵀJ)⁻¹ Jᵀr` of the free parameters.
 pub(crate) fn newton_step(sums: &Normal, free: &[usize]) -> Option<Vec<f64>> {
     solve(sums, free, 0.0).map(|(step, _)| step)
 }
 
-/// Decrease of `rᵀr` that freeing these parameters promises, from one set of sums.
+/// Predicted decrease of `rᵀr` when these parameters are freed, from one set of sums.
 pub(crate) fn promised_gain(sums: &Normal, free: &[usize]) -> Option<f64> {
     solve(sums, free, 0.0).map(|(_, gain)| gain)
 }
@@ -180,7 +182,7 @@ pub(crate) fn invert(sums: &Normal, free: &[usize], p: usize) -> Option<Covarian
     Some(Covariance::new(inverse, free, p))
 }
 
-/// The free block of `JᵀJ` with unit diagonal, and the scales that make it so.
+/// The block of the free parameters of `JᵀJ`, scaled to unit diagonal, and the scale factors.
 fn scaled(sums: &Normal, free: &[usize]) -> Option<(DMatrix<f64>, Vec<f64>)> {
     let mut scale = Vec::with_capacity(free.len());
     for &i in free {

@@ -1,4 +1,4 @@
-//! Intervals from the profile of the sum of squares.
+//! Intervals from the profile likelihood, i.e. the profile of the sum of squares.
 
 use super::Z_95;
 use super::interval::bounded_interval;
@@ -10,17 +10,17 @@ use super::quadratic::{QuadraticProfile, given};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Estimate {
     pub(crate) value: f64,
-    /// Value without limits on any parameter: unbiased, and what may be averaged.
+    /// Value without limits on any parameter: unbiased and suitable for averaging.
     pub(crate) unbounded: f64,
     pub(crate) std_error: f64,
     pub(crate) interval: [f64; 2],
 }
 
 impl Estimate {
-    /// With an interval no narrower than that of the standard error, which Student's `factor` widens: the sum of
-    /// squares rises toward another minimum, and by how much is no likelihood ratio of a regular problem. As it is where
-    /// its interval is narrower than one standard error: two losses then explain the same, and the curvature at the
-    /// optimum says nothing.
+    /// Widens the interval to at least that of the standard error times Student's `factor`: the sum of squares rises
+    /// toward another minimum, and its rise is not a likelihood ratio of a regular problem. Unchanged if the interval
+    /// is narrower than one standard error, because two losses then explain the same data and the curvature at the
+    /// optimum is meaningless.
     pub(crate) fn no_narrower(self, factor: f64, [least, most]: [f64; 2]) -> Self {
         let half = Z_95 * factor * self.std_error;
         let [low, high] = self.interval;
@@ -32,32 +32,32 @@ impl Estimate {
     }
 }
 
-/// What a profile is taken of.
+/// Input of a profile.
 pub(crate) struct Profile<'a> {
     pub(crate) problem: &'a dyn LeastSquares,
-    /// The optimum; parameters on their limit may be fixed in it.
+    /// The optimum; parameters at their limit may be fixed in it.
     pub(crate) fit: &'a Fit,
-    /// The fit without limits, whose covariance says where to look.
+    /// The fit without limits, whose covariance is used to predict the profile.
     pub(crate) unbounded: &'a Fit,
     pub(crate) noise: NoiseModel,
-    /// No value beyond these is possible.
+    /// Range of possible values.
     pub(crate) range: [f64; 2],
     /// Other parameters that cannot be negative.
     pub(crate) non_negative: &'a [usize],
-    /// Other minima of the same sum of squares, from which the fits along the profile are begun as well.
+    /// Other minima of the same sum of squares, used as additional starts for the fits along the profile.
     pub(crate) other_minima: &'a [Fit],
 }
 
-/// Sum of squares over that of rounding up to which rounding is most of it.
+/// Ratio of the sum of squares to its rounding part up to which rounding dominates.
 const MOSTLY_ROUNDING: f64 = 2.0;
 
-/// Nearer to its limit than this many standard errors an estimate gets a profile.
+/// Distance from its limit, in standard errors, below which an estimate gets a profile.
 const NEAR: f64 = 6.0;
 
 impl Profile<'_> {
-    /// Interval of a parameter that cannot be negative: Feldman and Cousins' in units of
-    /// the likelihood's signed root near zero, the profile's own ends further off.
-    /// `curved` asks for the profile also far from zero.
+    /// Interval of a parameter that cannot be negative: near zero that of Feldman and Cousins in units of the signed
+    /// root of the likelihood ratio, further away the ends of the profile. `curved` requests the profile also far from
+    /// zero.
     pub(crate) fn non_negative(&self, parameter: usize, curved: bool) -> Estimate {
         let (value, std_error, unit, wide) = self.basics(parameter);
         let unbounded = self.unbounded.parameters[parameter];
@@ -78,7 +78,7 @@ impl Profile<'_> {
             return Estimate { value, unbounded, std_error, interval };
         }
         let root = Root::new(self, parameter, unit);
-        // On its limit the optimum itself is the fit there.
+        // At its limit the optimum itself is the fit at zero.
         let distance = if value == 0.0 { 0.0 } else { root.at(0.0).map_or(z, |r| -r) };
         let [low, high] = bounded_interval(distance);
         let lower = if low <= 0.0 { 0.0 } else { root.find(low - distance, wide).max(0.0) };
@@ -86,7 +86,7 @@ impl Profile<'_> {
         Estimate { value, unbounded, std_error, interval: [lower, upper] }
     }
 
-    /// Interval by the profile on both sides, or `1.96` standard errors.
+    /// Two-sided interval from the profile, or `1.96` standard errors.
     pub(crate) fn two_sided(&self, parameter: usize, curved: bool) -> Estimate {
         let (value, std_error, unit, wide) = self.basics(parameter);
         let unbounded = self.unbounded.parameters[parameter];
@@ -99,7 +99,7 @@ impl Profile<'_> {
         Estimate { value, unbounded, std_error, interval }
     }
 
-    /// Whether the optimum leaves hardly more than rounding: within such errors nothing is curved.
+    /// Whether the residuals of the optimum are hardly more than rounding; within such small errors nothing is curved.
     fn is_rounding(&self) -> bool {
         self.fit.rss <= MOSTLY_ROUNDING * self.problem.rounding()
     }
@@ -112,18 +112,19 @@ impl Profile<'_> {
     }
 }
 
-/// Where not even a variance can be formed nothing is known.
+/// If not even a variance can be computed, the error is infinite.
 fn known(error: f64) -> f64 {
     if error.is_nan() { f64::INFINITY } else { error }
 }
 
-/// Accuracy of the signed root beyond which a straight line through the origin gives the rest.
+/// Deviation of the signed root from its target below which a straight line through the origin gives the remaining
+/// correction.
 const ROOT_TOLERANCE: f64 = 0.1;
-/// Standard errors to within which a fit along the profile is found.
+/// Accuracy of a fit along the profile, in standard errors.
 const FIT_TOLERANCE: f64 = 0.05;
-/// Root from which on the fit is begun at the optimum as well: beyond every end of an interval.
+/// Root above which the fit is also started at the optimum; it exceeds the root at every end of an interval.
 const FAR_ROOT: f64 = 4.0;
-/// Accuracy of the root by the quadratic form, which is only where the search begins.
+/// Accuracy of the root of the quadratic form, which only provides the start of the search.
 const GUESS_TOLERANCE: f64 = 0.02;
 const MOST_TRIALS: usize = 14;
 
@@ -144,13 +145,13 @@ impl<'a> Root<'a> {
         self.profile.fit.parameters[self.parameter]
     }
 
-    /// Root of the likelihood ratio of a sum of squares.
+    /// Root of the likelihood ratio for a sum of squares.
     fn root_of(&self, rss: f64) -> f64 {
         (rss - self.profile.fit.rss).max(0.0).sqrt() / self.unit
     }
 
-    /// The outermost of the other minima on the side of `target` and short of it: its value, its root, and where the
-    /// target is by its curvature.
+    /// The outermost of the other minima on the side of `target` and below it: its value, its root, and the position of
+    /// the target predicted by its curvature.
     fn outermost_minimum(&self, target: f64) -> Option<[f64; 3]> {
         let of = |other: &Fit| {
             let (value, root) = (other.parameters[self.parameter], self.root_of(other.rss));
@@ -163,8 +164,8 @@ impl<'a> Root<'a> {
         self.profile.other_minima.iter().filter_map(of).max_by(|a, b| far(a).total_cmp(&far(b)))
     }
 
-    /// Signed root of the likelihood ratio at a fixed value of the parameter; `None` where the model does not exist
-    /// and where the work for the search is used up.
+    /// Signed root of the likelihood ratio at a fixed value of the parameter; `None` if the model does not exist or the
+    /// work allowed for the search is used up.
     fn at(&self, value: f64) -> Option<f64> {
         let Profile { problem, fit, unbounded, non_negative, other_minima, .. } = *self.profile;
         let free: Vec<usize> = unbounded.free.iter().copied().filter(|&i| i != self.parameter).collect();
@@ -176,8 +177,8 @@ impl<'a> Root<'a> {
             rss(&near.parameters, &moving)
         });
         let root = |rss: f64| self.root_of(rss);
-        // So far off a search along the curved valleys of a limited parameter may have ended short of the minimum; that
-        // of others has its work to spare.
+        // At such a distance a search along the curved valleys of a limited parameter may have stopped short of the
+        // minimum; for problems without limits the extra work is not needed.
         let limited = || unbounded.free.iter().any(|i| problem.range(*i)[1].is_finite());
         let near = foreseen.filter(|rss| root(*rss) < FAR_ROOT || !limited());
         let found = near.or_else(|| {
@@ -194,14 +195,15 @@ impl<'a> Root<'a> {
         Some((value - self.centre()).signum() * root(found?))
     }
 
-    /// The same root by the quadratic form.
+    /// The same root, predicted by the quadratic form.
     fn foreseen(&self, value: f64) -> Option<f64> {
         let least = self.quadratic.at(self.centre())?.rise;
         let rise = (self.quadratic.at(value)?.rise - least).max(0.0);
         Some((value - self.centre()).signum() * rise.sqrt() / self.unit)
     }
 
-    /// About where the quadratic form puts the root; `wide` for each unit of it where it says nothing.
+    /// Approximate position of the root according to the quadratic form; `wide` per unit of the root if the form gives
+    /// none.
     fn guess(&self, target: f64, wide: f64) -> f64 {
         let centre = self.centre();
         let plain = centre + target * wide;
@@ -225,7 +227,7 @@ impl<'a> Root<'a> {
         value
     }
 
-    /// The value where the root is `target`, inside the range.
+    /// The value at which the root is `target`, clipped to the range.
     fn find(&self, target: f64, wide: f64) -> f64 {
         let centre = self.centre();
         let [least, most] = self.profile.range;
@@ -234,7 +236,7 @@ impl<'a> Root<'a> {
             return centre;
         }
         let clip = |v: f64| if target < 0.0 { v.max(limit) } else { v.min(limit) };
-        // Inner end known to lie short of the target, outer end beyond it once found.
+        // The inner end lies short of the target; the outer end, once found, lies beyond it.
         let another = self.outermost_minimum(target);
         let (mut inner, mut inner_root) = another.map_or((centre, 0.0), |[value, root, _]| (value, root));
         let mut outer: Option<(f64, f64)> = None;
@@ -242,7 +244,7 @@ impl<'a> Root<'a> {
         for _ in 0..MOST_TRIALS {
             let found = self.at(value);
             if found.is_none() && self.profile.problem.is_spent() {
-                // What the quadratic form says, but not inside what was found to lie within.
+                // Prediction of the quadratic form, but not inside the values already known to lie within the interval.
                 let guess = clip(self.guess(target, wide));
                 return if (guess - inner) * target > 0.0 { guess } else { inner };
             }
@@ -271,7 +273,7 @@ impl<'a> Root<'a> {
     }
 }
 
-/// A point between two that bracket the target: the straight line's, kept off the ends.
+/// A point between two that bracket the target, by linear interpolation, kept away from the ends.
 fn between((a, root_a): (f64, f64), (b, root_b): (f64, f64), target: f64) -> f64 {
     let t = if root_b.is_finite() { ((target - root_a) / (root_b - root_a)).clamp(0.05, 0.95) } else { 0.5 };
     a + t * (b - a)
@@ -282,7 +284,7 @@ mod tests {
     use super::super::least_squares::{Normal, minimise};
     use super::*;
 
-    /// `y = a + b³ x`: linear in `b³`, so the profile of `b` is that of `b³` bent.
+    /// `y = a + b³ x`: linear in `b³`, so the profile of `b` is a nonlinear transform of that of `b³`.
     struct Cubic {
         points: Vec<(f64, f64)>,
     }
@@ -322,7 +324,7 @@ mod tests {
             other_minima: &[],
         }
         .two_sided(1, true);
-        // In b³ the interval is symmetric.
+        // The interval is symmetric in b³.
         let [low, high] = e.interval.map(|b| b.powi(3));
         let centre = e.value.powi(3);
         assert!(((high - centre) / (centre - low) - 1.0).abs() < 0.02, "{low} {centre} {high}");
@@ -330,7 +332,7 @@ mod tests {
         assert!(((high - low) / (2.0 * straight) - 1.0).abs() < 0.05);
     }
 
-    /// A problem with the work for so many passes.
+    /// A problem that allows a limited number of passes.
     struct Limited {
         problem: Cubic,
         left: std::cell::Cell<usize>,

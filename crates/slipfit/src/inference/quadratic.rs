@@ -1,4 +1,4 @@
-//! Sum of squares near its minimum as a quadratic form, with parameters that cannot be negative.
+//! Quadratic approximation of the sum of squares near its minimum, with parameters that cannot be negative.
 
 use super::least_squares::Fit;
 use nalgebra::{DMatrix, DVector};
@@ -11,13 +11,13 @@ pub(crate) struct QuadraticProfile<'a> {
     limited: Vec<usize>,
 }
 
-/// Where the quadratic form is least for one value of the parameter.
+/// Minimum of the quadratic form for one value of the parameter.
 pub(crate) struct Conditional {
-    /// Sum of squares above that of the fit.
+    /// Increase of the sum of squares over that of the fit.
     pub(crate) rise: f64,
     /// All parameters of the fit.
     pub(crate) parameters: Vec<f64>,
-    /// Those on their limit.
+    /// Parameters at their limit.
     pub(crate) on_limit: Vec<usize>,
 }
 
@@ -27,11 +27,10 @@ impl<'a> QuadraticProfile<'a> {
         Self { fit, parameter, limited: limited.collect() }
     }
 
-    /// The least of the form with the parameter at `value`. `None` where the covariance is singular.
+    /// Minimum of the form with the parameter at `value`. `None` if the covariance is singular.
     ///
-    /// With a set `B` of parameters fixed the form rises by `d' C_BB^-1 d`, `d` how far they are moved,
-    /// and the others follow by `C_iB C_BB^-1 d`; every set of limited parameters on their limit is
-    /// tried.
+    /// If a set `B` of parameters is fixed, the form increases by `d' C_BB^-1 d`, with `d` their displacements, and the
+    /// others change by `C_iB C_BB^-1 d`. Every subset of limited parameters at their limits is tried.
     pub(crate) fn at(&self, value: f64) -> Option<Conditional> {
         (0..1u32 << self.limited.len())
             .filter_map(|set| {
@@ -47,12 +46,12 @@ impl<'a> QuadraticProfile<'a> {
     }
 }
 
-/// The parameters of a fit with some of them fixed at other values, and how much the sum of squares
-/// rises, both to second order.
+/// The parameters of a fit with some of them fixed at other values, and the increase of the sum of squares, both in the
+/// quadratic approximation.
 pub(crate) fn given(fit: &Fit, fixed: &[(usize, f64)]) -> Option<(f64, Vec<f64>)> {
     let covariance = |i: usize, j: usize| fit.unit_covariance[(i, j)];
     let n = fixed.len();
-    // Unit diagonal first: rates and lengths differ by many orders.
+    // Scaled to unit diagonal first, because rates and lengths differ by many orders of magnitude.
     let scale = |i: usize| covariance(fixed[i].0, fixed[i].0).sqrt();
     let block = DMatrix::from_fn(n, n, |i, j| covariance(fixed[i].0, fixed[j].0) / (scale(i) * scale(j)));
     let moved = DVector::from_fn(n, |i, _| (fixed[i].1 - fit.parameters[fixed[i].0]) / scale(i));
@@ -99,7 +98,7 @@ mod tests {
     fn a_limited_parameter_stays_on_its_limit() {
         let fit = fit();
         let free = QuadraticProfile::new(&fit, 0, &[1]);
-        // Far below, the other one becomes positive by itself.
+        // Far below, the other parameter becomes positive without being held.
         let inside = free.at(-2.0).unwrap();
         assert!(inside.on_limit.is_empty(), "{:?}", inside.on_limit);
         assert!(inside.parameters[1] > 0.0, "{:?}", inside.parameters);

@@ -1,22 +1,22 @@
-//! Smoothing: many small parameters of a common spread, which the data choose.
+//! Smoothing: many small parameters with a common spread that is estimated from the data.
 //!
-//! A curve that is free to take any shape is a straight line and many deviations from it. Taken as draws
-//! from one normal distribution of spread `tau`, they make a problem with a penalty on their squares,
-//! `lambda = variance of the noise / tau²`, and `tau` is what the restricted likelihood says of it
-//! (Wahba 1985, Annals of Statistics 13, 1378). The posterior covariance covers the truth on the average
-//! over the curve (Nychka 1988, Journal of the American Statistical Association 83, 1134).
+//! A curve of arbitrary shape is described by a straight line and many deviations from it. If the deviations are draws
+//! from one normal distribution of spread `tau`, the fit has a penalty on their squares,
+//! `lambda = variance of the noise / tau²`, and `tau` is estimated by restricted likelihood (Wahba 1985, Annals of
+//! Statistics 13, 1378). The posterior covariance covers the true curve on average over the curve (Nychka 1988, Journal
+//! of the American Statistical Association 83, 1134).
 
 use super::least_squares::{Fit, LeastSquares, Normal, log_determinant, minimise};
 use super::model_average::ModelWeights;
 use nalgebra::DMatrix;
 use std::ops::Range;
 
-/// Penalties tried, in decades about the information that the data hold on one deviation.
+/// Range of penalties tried, in decades relative to the mean information of the data on one deviation.
 const LARGEST_DECADE: f64 = 3.0;
 const SMALLEST_DECADE: f64 = -9.0;
-/// Penalties in a decade.
+/// Penalties per decade.
 const PER_DECADE: f64 = 3.0;
-/// Twice the logarithm of a likelihood over the largest from which on smaller penalties are not tried.
+/// Excess of the deviance over its minimum above which smaller penalties are not tried.
 const FAR: f64 = 40.0;
 
 /// A smooth fit, averaged over the spreads that the data allow.
@@ -24,9 +24,9 @@ const FAR: f64 = 40.0;
 pub(crate) struct Smoothed {
     /// Mean of the parameters.
     pub(crate) parameters: Vec<f64>,
-    /// Their covariance, that of the spread's uncertainty and the noise's variance counted.
+    /// Their covariance, including the uncertainty of the spread and the variance of the noise.
     pub(crate) covariance: DMatrix<f64>,
-    /// Deviations that the data determine, as a number of parameters.
+    /// Effective number of deviations determined by the data.
     pub(crate) effective: f64,
 }
 
@@ -59,7 +59,7 @@ impl LeastSquares for Ridge<'_> {
     }
 }
 
-/// One spread: the fit, the variance of the noise there, and minus twice its restricted log-likelihood.
+/// One spread: the fit, the noise variance for it, and minus twice its restricted log-likelihood.
 struct Tried {
     fit: Fit,
     penalty: f64,
@@ -67,13 +67,13 @@ struct Tried {
     deviance: f64,
 }
 
-/// Fits all parameters, those of `deviations` with a common spread. The fits for the spreads tried are
-/// averaged by their restricted likelihood, every decade of the spread as likely as another beforehand: the
-/// most likely one alone would count a curve that the data do not show as absent. Even weights in the spread
-/// itself (Gelman 2006, Bayesian Analysis 1, 515) make wider bands that hold no more curves.
+/// Fits all parameters, those in `deviations` with a common spread. The fits for the spreads tried are averaged by
+/// their restricted likelihood with a prior uniform in the logarithm of the spread; the most likely spread alone would
+/// treat an undetected curve as absent. A prior uniform in the spread itself (Gelman 2006, Bayesian Analysis 1, 515)
+/// gives wider bands that cover no more curves.
 ///
-/// `least_variance`: what the variance of one weighted observation is at least, from elsewhere. `None`
-/// where there is no fit without deviations, or fewer observations than parameters without a spread.
+/// `least_variance`: lower limit of the variance of one weighted observation, known from elsewhere. `None` if there is
+/// no fit without deviations, or fewer observations than parameters without a spread.
 #[inline(never)]
 pub(crate) fn smooth(
     problem: &dyn LeastSquares,
@@ -118,7 +118,7 @@ pub(crate) fn smooth(
     average(&tried, deviations)
 }
 
-/// Mean and covariance over the spreads tried.
+/// Mean and covariance averaged over the spreads tried.
 fn average(tried: &[Tried], deviations: Range<usize>) -> Option<Smoothed> {
     if tried.is_empty() {
         return None;
@@ -139,7 +139,7 @@ mod tests {
     use super::*;
     use crate::noise::jitter;
 
-    /// A straight line and steps of its slope.
+    /// A straight line with changes of slope at fixed points.
     struct Bent {
         x: Vec<f64>,
         y: Vec<f64>,
