@@ -1,4 +1,4 @@
-//! From drive levels and amplitudes to slope and threshold.
+//! Slope and threshold from drive levels and amplitudes.
 
 use super::answer::{Answer, Breakaway, Diagnostics, LevelPoint};
 use super::branch::MovingBranch;
@@ -14,7 +14,7 @@ use crate::answer::{Parameter, Parameters, Warning};
 use crate::{Error, Quantity};
 use std::f64::consts::TAU;
 
-/// Threshold and slope of the amplitude at resonance over the drive level.
+/// Slope and threshold of the amplitude at resonance as a function of the drive level.
 ///
 /// By eq. (9) of Vitorino, Vieira and Rodrigues,
 ///
@@ -22,26 +22,27 @@ use std::f64::consts::TAU;
 /// R_0 = Q (x_0 - 4F/(pi k)) = Q x_0 - (4/pi) Q x_F       above the threshold, else next to nothing
 /// ```
 ///
-/// which the exact motion follows to `2 (x_F/R_0)²` at high Q. Where Q is known, what the exact motion at the undamped
-/// resonance reads beside the line is taken off the levels before, so that Q and friction hold at low Q too. The levels are split into a stuck and a
-/// moving branch where that describes all of them best; the moving branch gives slope and
-/// threshold, the split the breakaway. Without errors of the levels, noise that is constant and noise that grows with
-/// the amplitude both count, by their restricted likelihood; errors given are believed unless the levels scatter more.
-/// What a detector reads where the mass sticks, its zero or its noise, is taken off every level. Loss in proportion to the
-/// square of the amplitude bends the line, `y + c y² = slope (drive - threshold)`, a detector that compresses nearly as
-/// `y + c y³`. Where the levels show a bend, slope and threshold are averages over both curves by their probability; where
-/// they show none, averages over the line and the first curve, with intervals that hold those of both.
+/// which the exact motion follows to `2 (x_F/R_0)²` at high Q. If Q is known, the deviation of the exact motion at the
+/// undamped resonance from the line is subtracted from the levels first, so that Q and friction are also valid at low
+/// Q. The levels are split into a stuck and a moving branch if that describes them best; the moving branch gives slope
+/// and threshold, the split gives the breakaway. Without errors of the levels, constant noise and noise that grows with
+/// the amplitude are both taken into account by their restricted likelihood; given errors are accepted unless the
+/// levels scatter more. The reading of the detector where the mass sticks, its zero or its noise, is subtracted from
+/// every level. Loss proportional to the square of the amplitude bends the line,
+/// `y + c y² = slope (drive - threshold)`, a compressive detector nearly as `y + c y³`. If the levels show a bend,
+/// slope and threshold are averages over both curves, weighted by their probabilities; otherwise they are averages over
+/// the line and the first curve, with intervals that contain those of both.
 ///
-/// Units: amplitudes in one unit, drive levels in another or the same. Where both are lengths
-/// or both are angles ([`DisplacementUnit::gain`](crate::model::displacement::DisplacementUnit::gain)),
-/// or [`Options::drive_gain`] or [`Options::q_factor`] is given, Q and the friction displacement
-/// follow, unless that Q is below 1/2, which no resonance has.
+/// Units: amplitudes in one unit, drive levels in another or the same. Q and the friction displacement are reported if
+/// both units are lengths or both are angles
+/// ([`DisplacementUnit::gain`](crate::model::displacement::DisplacementUnit::gain)), or if [`Options::drive_gain`] or
+/// [`Options::q_factor`] is given, unless that Q is below 1/2, which no resonance has.
 ///
-/// Limits: each level measured at its own resonance, and waited out; one oscillator.
+/// Limits: each level must be measured at its own resonance and in the steady state; one oscillator.
 ///
 /// # Errors
-/// [`Error::Parameter`] for an option out of range; [`Error::NoFit`] with fewer than three
-/// moving levels, with a line that does not rise, or with numbers too far apart for one.
+/// [`Error::Parameter`] for an option out of range; [`Error::NoFit`] if fewer than three levels move, if the line does
+/// not rise, or if the numbers span too wide a range for a line.
 ///
 /// ```
 /// use slipfit::Parameter;
@@ -62,7 +63,7 @@ pub fn analyse(levels: &Levels, options: &Options) -> Result<Answer, Error> {
     analyse_with(levels, options, &Criteria::default())
 }
 
-/// [`analyse`] with thresholds of your own.
+/// [`analyse`] with user-defined thresholds.
 ///
 /// # Errors
 /// As [`analyse`].
@@ -72,7 +73,7 @@ pub fn analyse_with(levels: &Levels, options: &Options, criteria: &Criteria) -> 
     Ok(on_the_line(levels, line(levels)?, &criteria.levels, line))
 }
 
-/// What the line of eq. (9) says of levels.
+/// Analysis of the levels by the line of eq. (9).
 fn by_line(levels: &Levels, options: &Options, criteria: &Criteria) -> Result<Answer, Error> {
     let sorted = SortedLevels::of(levels);
     let branch = MovingBranch::of(&sorted, criteria).ok_or(Error::NoFit {
@@ -108,7 +109,7 @@ fn by_line(levels: &Levels, options: &Options, criteria: &Criteria) -> Result<An
         frequency_hz: options.frequency_hz,
         fit: branch.drawn,
     };
-    // A factor of quality that is not above zero was too small for a number.
+    // A quality factor that is not positive was too small to be represented.
     let vanished = calibrated.is_some_and(|c| !(c.q.value > 0.0));
     if vanished || !is_finite(&answer) {
         return Err(Error::NoFit {
@@ -136,7 +137,7 @@ fn parameters(
         parameters.set(Parameter::DECAY_RATE, delta.clone());
     }
     if let Some(calibration) = options.calibration {
-        // The force of friction follows from a stiffness without any frequency, the damping does not.
+        // The friction force follows from a stiffness without a frequency; the damping does not.
         let unknown = Quantity::normal(f64::NAN, f64::NAN, "1/s");
         let (omega_0, delta) = (TAU * hz.unwrap_or(f64::NAN), delta.unwrap_or(unknown));
         for (parameter, quantity) in physical(calibration, omega_0, levels.unit(), &delta, x_f) {
@@ -193,7 +194,7 @@ fn warnings(
             unit: levels.unit().to_owned(),
         });
     }
-    // No bend explains it.
+    // Not explained by a bend.
     if found.p_above_zero < c.above_zero && straight {
         let (reading, unit) = (branch.fit.parameters[0], levels.unit().to_owned());
         warnings.push(Warning::AboveZero { reading, p_value: found.p_above_zero, unit });
@@ -210,7 +211,7 @@ fn warnings(
     warnings
 }
 
-/// Whether all of an answer is a number; the limits of what is inverse to a Q may be open.
+/// Whether all numbers of an answer are finite; upper limits of quantities inverse to Q may be infinite.
 fn is_finite(answer: &Answer) -> bool {
     let d = &answer.diagnostics;
     let figures = [answer.p_value, answer.correlation, d.residual_rms, d.bend_p_value].into_iter();
@@ -270,10 +271,9 @@ mod tests {
         Levels::builder(drive.to_vec(), amplitude).unit("mm").drive_unit("mm").build().unwrap()
     }
 
-    /// Given Q, friction is what the line lacks at no drive: its interval holds the truth, and it goes with the decay rate
-    /// as far as Q does.
-    /// Four readings at each of six levels, all moving: a third of such records had the lowest level stuck, which counted
-    /// for four levels that read a plateau, and 22 of 100 thresholds were more than four errors off.
+    /// Four readings at each of six levels, all moving. Formerly in a third of such records the lowest level was
+    /// classified as stuck and counted as four levels that read a plateau; 22 of 100 thresholds were off by more than
+    /// four standard errors.
     #[test]
     fn repeated_readings_stick_or_move_together() {
         let (mut held, mut runs) = (0, 0);
@@ -294,6 +294,8 @@ mod tests {
         assert!(held >= runs * 90 / 100, "{held} of {runs}");
     }
 
+    /// With a given Q, friction follows from the intercept: its interval covers the true value, and its correlation with
+    /// the decay rate is due to the error of Q.
     #[test]
     fn a_given_q_leaves_intervals_that_hold_the_friction() {
         let drive: Vec<f64> = (0..8).map(|i| 0.6 + 0.2 * f64::from(i)).collect();
@@ -347,7 +349,7 @@ mod tests {
         }
     }
 
-    /// A Q that may be zero leaves the decay rate and the damping open upwards.
+    /// A Q whose interval includes zero gives no upper limit for the decay rate and the damping.
     #[test]
     fn a_vague_q_leaves_the_decay_rate_open() {
         let drive: Vec<f64> = (1..=20).map(|i| 0.1 * f64::from(i)).collect();
@@ -383,8 +385,8 @@ mod tests {
         assert!(a.warnings.is_empty(), "{:?}", a.warnings);
     }
 
-    /// A level just above the threshold, which has no part in the line: it was counted as moving, and the breakaway said
-    /// that the mass moves from the next one on.
+    /// A level just above the threshold that is not part of the line. Formerly it was counted as moving, while the
+    /// breakaway stated that the mass moves from the next level.
     #[test]
     fn counts_and_breakaway_say_the_same_of_a_level_beside_the_threshold() {
         let (mut seen, mut neither) = (0, 0);
@@ -428,7 +430,7 @@ mod tests {
         assert!(matches!(analyse(&levels, &Options::default()), Err(Error::NoFit { .. })));
     }
 
-    /// Raised, then lowered: stuck up to 0.8 on the way up, moving down to the threshold.
+    /// Levels raised, then lowered: stuck up to 0.8 on the way up, moving down to the threshold.
     #[test]
     fn levels_raised_and_lowered_are_told_apart_by_what_they_do() {
         let up: Vec<f64> = (1..=20).map(|i| 0.1 * f64::from(i)).collect();
@@ -452,7 +454,7 @@ mod tests {
         }
     }
 
-    /// Raised only: the mass moves from 0.9 on, far above the threshold of its line.
+    /// Levels raised only: the mass moves from 0.9, far above the threshold of its line.
     #[test]
     fn a_mass_that_stuck_beyond_the_threshold_is_seen_without_a_way_back() {
         let drive: Vec<f64> = (1..=20).map(|i| 0.1 * f64::from(i)).collect();
@@ -496,7 +498,8 @@ mod tests {
         );
     }
 
-    /// A slope of 0.02 between two voltages is no Q of 0.02, and one between lengths is that of their units.
+    /// A slope of 0.02 between two voltages is not a Q of 0.02; between two lengths Q follows from the ratio of their
+    /// units.
     #[test]
     fn one_unit_is_a_gain_where_it_is_a_length_or_an_angle() {
         let levels = |unit: &str, drive_unit: &str, slope: f64| {

@@ -6,7 +6,7 @@ use crate::answer::columns::columns;
 use crate::answer::{Parameter, Parameters, Warning};
 use crate::inference::Z_95;
 
-/// One level beside the fit.
+/// One level with its fitted amplitude.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct LevelPoint {
@@ -20,27 +20,27 @@ pub struct LevelPoint {
     pub std_error: f64,
     /// Fitted amplitude.
     pub fitted: f64,
-    /// Whether the mass moves there, by the fit.
+    /// Whether the mass moves at this level according to the fit.
     pub moving: bool,
 }
 
-/// Where the mass breaks loose: between these drive levels, drive unit.
+/// Drive levels between which the mass breaks loose, drive unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Breakaway {
-    /// Highest level at which it was seen stuck; `None` where none was.
+    /// Highest level at which the mass stuck; `None` if it never did.
     pub stuck_below: Option<f64>,
-    /// Lowest level at which it was seen moving.
+    /// Lowest level at which the mass moved.
     pub moving_from: f64,
-    /// Highest level above the threshold of the moving branch at which it stuck.
+    /// Highest level above the threshold of the moving branch at which the mass stuck.
     pub stuck_above_threshold: Option<f64>,
-    /// Static over sliding friction, at least, where it stuck above the threshold `x_T`: at rest
-    /// the spring pulls with `k x_0 <= F_s`, while `F = (pi/4) k x_T`.
+    /// Lower limit of the ratio of static to sliding friction if the mass stuck above the threshold `x_T`: at rest the
+    /// spring pulls with `k x_0 <= F_s`, while `F = (pi/4) k x_T`.
     pub static_ratio_at_least: Option<f64>,
 }
 
-/// How well the line describes the points.
+/// Quality of the fit of the line to the points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -51,19 +51,19 @@ pub struct Diagnostics {
     pub moving: usize,
     /// Points on the stuck branch.
     pub stuck: usize,
-    /// Points beside the threshold that may stick as well as move, and whose reading does not tell.
+    /// Points close to the threshold that may stick or move and whose reading does not decide.
     pub undecided: usize,
-    /// Residual over the moving branch, response unit (weighted where errors are known).
+    /// Root mean square of the residuals of the moving branch, response unit (weighted if errors are known).
     pub residual_rms: f64,
     /// p value of a bend (drag, hardening) in the moving branch.
     pub bend_p_value: f64,
 }
 
-/// What the detector reads without motion.
+/// Reading of the detector without motion.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Detector {
     pub(crate) at_rest: f64,
-    /// It adds in squares, else it is a constant.
+    /// Whether it adds in quadrature; otherwise it is a constant.
     pub(crate) squares: bool,
 }
 
@@ -85,20 +85,20 @@ pub struct FittedLevels {
 }
 
 impl FittedLevels {
-    /// Fitted amplitude `y` at a drive level: `slope (drive - threshold)`, or with a bend `c` the solution of
-    /// `y + c y² = slope (drive - threshold)`, or of `y + c y³`; zero below the threshold; as the detector reads it.
+    /// Fitted amplitude `y` at a drive level, as read by the detector: `slope (drive - threshold)`, or with a bend `c`
+    /// the solution of `y + c y² = slope (drive - threshold)` or of `y + c y³`; zero motion below the threshold.
     pub fn amplitude(&self, drive: f64) -> f64 {
         self.read(self.slope * (drive - self.threshold))
     }
 
-    /// The same without friction, through zero.
+    /// The same without friction, i.e. with zero threshold.
     pub fn friction_free(&self, drive: f64) -> f64 {
         self.read(self.slope * drive)
     }
 
     fn read(&self, line: f64) -> f64 {
         let line = line.max(0.0);
-        // A curve that rises ever steeper ends where it stands upright.
+        // A curve of increasing slope ends where its slope becomes infinite.
         let [amplitude, _] = self.growth.on_curve(line, self.bend).unwrap_or([2.0 * line, f64::INFINITY]);
         self.detector.reading(amplitude)
     }
@@ -110,33 +110,33 @@ columns! {
     }
 }
 
-/// Everything [`analyse`](super::analyse) found out.
+/// Complete result of [`analyse`](super::analyse).
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[non_exhaustive]
 pub struct Answer {
-    /// Parameters by name: `slope`, `threshold`, and, where the drive is calibrated,
-    /// `q_factor`, `friction_displacement`, `decay_rate_per_s`, forces.
+    /// Parameters by name: `slope`, `threshold`, and, if the drive is calibrated, `q_factor`, `friction_displacement`,
+    /// `decay_rate_per_s`, forces.
     pub parameters: Parameters,
-    /// p value of the threshold: no sliding friction would do as well. One-sided.
+    /// p value of the threshold, i.e. of the line without sliding friction. One-sided.
     pub p_value: f64,
-    /// Whether a threshold is seen (`p_value` below 0.01).
+    /// Whether a threshold is detected (`p_value` below 0.01).
     pub detected: bool,
     /// Correlation of slope and threshold.
     pub correlation: f64,
-    /// Correlation of decay rate and friction displacement; zero where they are not reported.
+    /// Correlation of decay rate and friction displacement; zero if they are not reported.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub(crate) loss_correlation: f64,
-    /// Where the mass breaks loose.
+    /// Drive levels at which the mass breaks loose.
     pub breakaway: Option<Breakaway>,
-    /// The points beside the fit, by rising drive.
+    /// The points with their fitted amplitudes, in order of increasing drive.
     #[cfg_attr(feature = "serde", serde(rename = "levels", serialize_with = "level_columns::serialize"))]
     #[cfg_attr(feature = "schema", schemars(with = "level_columns::Columns"))]
     pub points: Vec<LevelPoint>,
-    /// Quality of the description.
+    /// Quality of the fit.
     pub diagnostics: Diagnostics,
-    /// What limits the answer.
+    /// What limits the validity of the answer.
     pub warnings: Vec<Warning>,
     /// Unit of the amplitudes.
     #[cfg_attr(feature = "serde", serde(skip))]
@@ -144,7 +144,7 @@ pub struct Answer {
     /// Unit of the drive levels.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub drive_unit: String,
-    /// Frequency of the resonance, Hz, where it was given.
+    /// Frequency of the resonance, Hz, if given.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub(crate) frequency_hz: Option<f64>,
     /// The fitted line.
@@ -153,7 +153,7 @@ pub struct Answer {
 }
 
 impl Answer {
-    /// What few residuals add to the standard errors in an interval: Student's half width over the normal one.
+    /// Factor by which few residuals widen an interval: half width by Student's t over that of the normal distribution.
     pub(crate) fn student_factor(&self) -> f64 {
         let of_slope = self.parameters.get(Parameter::Slope).map(|q| {
             let [low, high] = q.interval_95;

@@ -1,4 +1,4 @@
-//! Levels along a curve: loss in proportion to the square of the amplitude, or a detector that compresses.
+//! Levels on a curve: loss proportional to the square of the amplitude, or a compressive detector.
 
 use super::criteria::LevelCriteria;
 use super::curve::Growth;
@@ -12,8 +12,9 @@ use crate::inference::least_squares::{LeastSquares, Normal, linear, minimise};
 use crate::inference::model_average::ModelWeights;
 use nalgebra::DMatrix;
 
-/// p value of a quadratic term or of a kink in the moving branch, and whether its slope falls; 1 for fewer than `least`
-/// levels. A kink, as of an amplifier that saturates, counts once for each level at which it may lie.
+/// p value of a quadratic term or of a kink in the moving branch, and whether its slope decreases; 1 if there are fewer
+/// than `least` levels. The p value is multiplied by the number of alternatives: one for the quadratic term and one for
+/// each level at which a kink, as of a saturating amplifier, may lie.
 pub(super) fn bend(x: &[f64], y: &[f64], weight: &[f64], least: usize) -> (f64, bool) {
     let n = x.len();
     if n < least {
@@ -35,21 +36,22 @@ pub(super) fn bend(x: &[f64], y: &[f64], weight: &[f64], least: usize) -> (f64, 
     bent.into_iter().chain(kinked).min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((1.0, false))
 }
 
-/// The moving levels on `y + c y² = a + b x`, or on `y + c y³`: viscous loss and a further one balance what the drive has
-/// above the threshold.
+/// The moving levels on `y + c y² = a + b x`, or on `y + c y³`: viscous loss and a further loss balance the excess of
+/// the drive over the threshold.
 ///
-/// Slope `b` and intercept `a` are those of small amplitudes, as of the line; `c` times an amplitude, or its square, is the
-/// further loss over the viscous one there: drag, or cubic damping. A detector that compresses bends the levels likewise, an
-/// expanding one or friction that falls with speed the other way.
+/// Slope `b` and intercept `a` are those in the limit of small amplitudes, as for the line; `c` times an amplitude, or
+/// times its square, is the ratio of the further loss to the viscous one at this amplitude: drag, or cubic damping. A
+/// compressive detector bends the levels in the same direction, an expanding one or friction that decreases with speed
+/// in the opposite direction.
 pub(super) struct Curved {
     pub(super) growth: Growth,
-    /// `a`, `b` and `c` with their errors.
+    /// `a`, `b` and `c` with their covariance.
     pub(super) fit: AveragedFit,
-    /// Sum of squares, weighted.
+    /// Weighted sum of squares.
     pub(super) rss: f64,
     /// Highest amplitude of the motion.
     highest: f64,
-    /// How many move.
+    /// Number of moving levels.
     levels: usize,
 }
 
@@ -58,13 +60,13 @@ const INTERCEPT: usize = 0;
 const SLOPE: usize = 1;
 const BEND: usize = 2;
 
-/// Amplitudes and drives over their largest.
+/// Amplitudes and drives scaled by their largest values.
 struct Problem<'a> {
     growth: Growth,
     levels: &'a [[f64; 3]],
 }
 
-/// The amplitude at a drive, and its derivatives by the parameters.
+/// The amplitude at a drive, and its derivatives with respect to the parameters.
 fn amplitude(growth: Growth, p: &[f64], drive: f64) -> Option<(f64, [f64; 3])> {
     let [y, rise] = growth.on_curve(p[INTERCEPT] + p[SLOPE] * drive, p[BEND])?;
     Some((y, [rise, drive * rise, -growth.of(y) * rise]))
@@ -89,12 +91,12 @@ impl LeastSquares for Problem<'_> {
     }
 }
 
-/// A quantity and its gradient, by intercept and slope.
+/// A quantity and its gradient with respect to intercept and slope.
 pub(super) type ByLine<'a> = &'a dyn Fn([f64; 2]) -> (f64, [f64; 2]);
 
 impl Curved {
-    /// The curve through the moving levels, from the straight line `[intercept, slope]`; `None` for fewer than
-    /// `curve_levels`, and where there is none.
+    /// The curve through the moving levels, started from the straight line `[intercept, slope]`; `None` if there are
+    /// fewer than `curve_levels` moving levels or no curve is found.
     pub(super) fn through(
         growth: Growth,
         sorted: &SortedLevels,
@@ -118,7 +120,7 @@ impl Curved {
         let at: Vec<f64> = p.parameters.iter().zip(unit).map(|(p, unit)| p * unit).collect();
         let mut near = LinearLevels { columns: Vec::new(), response: Vec::new(), amplitude: motion, moving };
         for (x, y) in sorted.drive.iter().zip(motion) {
-            // Levels that stick have no part in the fit.
+            // Levels that stick are not part of the fit.
             let (fitted, row) = amplitude(growth, &at, *x).unwrap_or_default();
             near.response.push(y - fitted + row.iter().zip(&at).map(|(r, p)| r * p).sum::<f64>());
             near.columns.push(row.to_vec());
@@ -134,22 +136,22 @@ impl Curved {
         })
     }
 
-    /// `c`, one over the unit of the amplitudes, or over its square.
+    /// `c`, in inverse units of the amplitude or of its square.
     pub(super) fn bend(&self) -> f64 {
         self.fit.parameters[BEND]
     }
 
-    /// Whether the amplitude of small motion rises with the drive.
+    /// Whether the amplitude of small motions increases with the drive.
     pub(super) fn rises(&self) -> bool {
         self.fit.parameters[SLOPE] > 0.0
     }
 
-    /// The largest bend that levels on a line may hide.
+    /// The largest bend that may go undetected in levels on a line.
     fn largest(&self, c: &LevelCriteria) -> f64 {
         c.largest_bend * self.highest.powi(-self.growth.of_coefficient())
     }
 
-    /// Variance of a quantity with this gradient at a known bend, and by how much it moves with the bend.
+    /// Variance of a quantity with this gradient at a known bend, and its derivative with respect to the bend.
     fn at_known_bend(&self, gradient: [f64; 2]) -> [f64; 2] {
         let v = &self.fit.covariance;
         let with = |k: usize| gradient[INTERCEPT] * v[(INTERCEPT, k)] + gradient[SLOPE] * v[(SLOPE, k)];
@@ -158,10 +160,11 @@ impl Curved {
         [(whole - by_bend * with(BEND)).max(0.0), by_bend]
     }
 
-    /// What levels on a curve say of a quantity beside the straight line, by which it is `straight`, with this gradient
-    /// by intercept and slope.
+    /// Estimates, by levels on a curve, of a quantity with this gradient with respect to intercept and slope, for which
+    /// the straight line gives the value `straight`.
     ///
-    /// Before the data the bend at the highest amplitude is anything between none and `largest_bend`, a weak one either way.
+    /// The prior of the bend at the highest amplitude is uniform between zero and `largest_bend`, with additional weak
+    /// bends of either sign.
     pub(super) fn beside(
         &self,
         straight: f64,
@@ -176,7 +179,7 @@ impl Curved {
         coefficients.map(|b| b.weighed(straight, by_bend, given, total)).to_vec()
     }
 
-    /// `None` where too few levels move to weigh them.
+    /// `None` if too few levels move to weight the curves.
     fn coefficients(&self, c: &LevelCriteria, shared: &InferenceCriteria) -> Option<[AbsentCoefficient; 3]> {
         if self.levels < c.bend_levels {
             return None;
@@ -191,7 +194,8 @@ impl Curved {
         Some(ranges.map(|[most, odds]| AbsentCoefficient::within(self.bend(), std_error, most, odds)))
     }
 
-    /// Intercept, slope and bend of line and curve, each by its probability, from those of the `straight` line.
+    /// Intercept, slope and bend averaged over line and curve with their probabilities; `intercept` and `slope` are
+    /// those of the straight line.
     pub(super) fn beside_line(
         &self,
         [intercept, slope]: [f64; 2],
@@ -206,8 +210,8 @@ impl Curved {
         [intercept + by_intercept * bend, slope + by_slope * bend, bend]
     }
 
-    /// The end of the interval of a quantity by the curve, to the side to which a bend moves it, and whether that is upwards;
-    /// not beyond that of the largest bend.
+    /// The end of the interval of a quantity by the curve, on the side to which a bend shifts it, and whether that is
+    /// the upper side; limited to the value at the largest bend.
     pub(super) fn limit(&self, of: ByLine, c: &LevelCriteria) -> Option<(f64, bool)> {
         let AveragedFit { parameters: p, covariance: v, dof, .. } = &self.fit;
         let factor = student_factor(*dof);
@@ -227,7 +231,7 @@ impl Curved {
     }
 }
 
-/// Intercept and slope by curves through the same levels, each by its probability, with their covariance.
+/// Intercept and slope averaged over curves through the same levels with their probabilities, with their covariance.
 pub(super) fn averaged(curves: &[Curved], believed: bool, c: &LevelCriteria) -> (Vec<f64>, DMatrix<f64>) {
     let of = |curve: &Curved| {
         let dof = (curve.levels as f64 - curve.fit.parameters.len() as f64).max(1.0);
@@ -250,7 +254,7 @@ mod tests {
     const SLOPE: f64 = 100.0;
     const NOISE: f64 = 0.3;
 
-    /// Levels whose loss by drag is `bend` times the viscous one at an amplitude of 100, as a detector reads them.
+    /// Levels whose loss by drag is `bend` times the viscous loss at an amplitude of 100, as read by a detector.
     fn levels(seed: u64, threshold: f64, bend: f64, read: impl Fn(f64) -> f64) -> Levels {
         let drive: Vec<f64> =
             (1..=20).map(|i| 0.05 * f64::from(i)).filter(|d| *d > 1.1 * threshold).collect();
@@ -263,8 +267,8 @@ mod tests {
         Levels::builder(drive, amplitude).unit("mm").drive_unit("V").build().unwrap()
     }
 
-    /// How often threshold and slope are held, how often a bend is named, and how many thresholds are off by more than four
-    /// errors, of 300 records.
+    /// Number of intervals that cover threshold and slope, number of records with a warning of a bend, and number of
+    /// thresholds that are off by more than four standard errors, of 300 records.
     fn held(bend: f64, read: impl Fn(f64) -> f64) -> [usize; 4] {
         let mut counts = [0; 4];
         for (seed, threshold) in (0..100).flat_map(|seed| [0.05, 0.1, 0.3].map(|threshold| (seed, threshold)))
@@ -285,8 +289,8 @@ mod tests {
         counts
     }
 
-    /// By a straight line 2 of these thresholds and none of the slopes are held, and 172 thresholds are off by more than
-    /// four errors.
+    /// With a straight line 2 of these thresholds and none of the slopes are covered, and 172 thresholds are off by
+    /// more than four standard errors.
     #[test]
     fn drag_is_told_from_friction() {
         let [threshold, slope, named, off] = held(0.1, |y| y);
@@ -294,7 +298,7 @@ mod tests {
         assert!(named >= 150 && off <= 3, "{named} {off}");
     }
 
-    /// A detector that reads 3 % too little at the highest amplitude; by a straight line 131 thresholds are held.
+    /// A detector that reads 3 % too low at the highest amplitude; with a straight line 131 thresholds are covered.
     #[test]
     fn a_detector_that_compresses_is_counted() {
         let [threshold, _, _, off] = held(0.0, |y| y * (1.0 - 0.03 * (y / 100.0).powi(2)));
@@ -308,8 +312,8 @@ mod tests {
         assert!(named <= 2 && off == 0, "{named} {off}");
     }
 
-    /// A stuck level just below the threshold, which reads what noise does, passed for a moving one and straightened the
-    /// line: 241 of these thresholds were held.
+    /// A stuck level just below the threshold, which reads as much as the noise, was classified as moving and
+    /// straightened the line: 241 of these thresholds were covered.
     #[test]
     fn a_level_in_the_noise_hides_no_bend() {
         let [mut held, mut off] = [0; 2];
@@ -330,7 +334,7 @@ mod tests {
         assert!(held >= 255 && off <= 30, "{held} {off}");
     }
 
-    /// Their straight line took the level below the threshold in, and no bend was left.
+    /// The straight line included the level below the threshold, and no bend was found.
     #[test]
     fn a_strong_bend_leaves_stuck_levels_out() {
         for seed in 0..50 {
@@ -359,8 +363,8 @@ mod tests {
         assert!(answer.diagnostics.residual_rms < 1.5 * NOISE);
     }
 
-    /// Of 300 records of evenly spaced levels with a threshold of 0.31, read with noise in both quadratures: how often slope
-    /// and threshold are held, and how many are off by more than four errors.
+    /// For 300 records of evenly spaced levels with a threshold of 0.31 and noise in both quadratures: number of
+    /// intervals that cover slope and threshold, and number of values that are off by more than four standard errors.
     fn held_in_noise(count: usize, bend: f64, noise: f64) -> [usize; 3] {
         let mut counts = [0; 3];
         for seed in 0..300 {
@@ -384,8 +388,8 @@ mod tests {
         counts
     }
 
-    /// At 40 dB the test of a bend does not see a drag of 10 %: beside the line it held 243 slopes and 271 thresholds of 12
-    /// levels, and 30 were more than four errors off.
+    /// At 40 dB the test of a bend does not detect a drag of 10 %. With the line alone, 243 slopes and 271 thresholds
+    /// of 12 levels were covered, and 30 were off by more than four standard errors.
     #[test]
     fn a_drag_that_hides_in_the_noise_is_counted() {
         for count in [12, 30] {
@@ -394,8 +398,8 @@ mod tests {
         }
     }
 
-    /// Four levels test no bend: their line held 203 slopes and 262 thresholds with a drag of 10 %, and 106 were more than
-    /// four errors off.
+    /// Four levels are too few to test for a bend. With the line alone and a drag of 10 %, 203 slopes and 262
+    /// thresholds were covered, and 106 were off by more than four standard errors.
     #[test]
     fn four_levels_count_a_bend() {
         for (bend, noise) in [(0.1, 0.01), (0.5, 0.01), (0.5, 0.001)] {
@@ -407,7 +411,7 @@ mod tests {
         }
     }
 
-    /// A curve of second power through such levels claimed friction in 61 of 100.
+    /// A curve of second power through such levels gave false detections of friction in 61 of 100 records.
     #[test]
     fn a_detector_that_compresses_is_no_friction() {
         let mut claimed = 0;

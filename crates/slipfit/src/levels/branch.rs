@@ -1,4 +1,4 @@
-//! The moving branch: its line, what the detector adds to it, and its bend.
+//! The moving branch: its line, the reading that the detector adds, and its bend.
 
 use super::answer::{Detector, FittedLevels};
 use super::bend::{Curved, averaged, bend};
@@ -9,27 +9,27 @@ use super::noise::{AveragedFit, LinearLevels};
 use super::plateau::{Adds, Corrected, Plateau};
 use super::sorted::SortedLevels;
 
-/// What the moving levels say.
+/// Analysis of the moving levels.
 pub(super) struct MovingBranch {
     pub(super) line: Line,
-    /// Amplitude of the motion at each level, without what the detector adds.
+    /// Amplitude of the motion at each level, with the reading added by the detector subtracted.
     pub(super) motion: Vec<f64>,
     pub(super) plateau: Option<(Plateau, Adds)>,
-    /// Intercept and slope of the line with their errors, or of curves at small amplitudes where the levels do not lie on
-    /// a line.
+    /// Intercept and slope of the line with their covariance, or of curves in the limit of small amplitudes if the
+    /// levels do not lie on a line.
     pub(super) fit: AveragedFit,
-    /// The curve, of levels that do not exclude a line.
+    /// The curve, if the levels do not exclude a line.
     pub(super) rival: Option<Curved>,
-    /// p value of a straight line, and whether the slope falls.
+    /// p value of a straight line, and whether the slope decreases.
     pub(super) bend: (f64, bool),
-    /// Root mean square of the residuals, by the weights.
+    /// Weighted root mean square of the residuals.
     pub(super) residual_rms: f64,
-    /// What is drawn.
+    /// The line or curve that is drawn.
     pub(super) drawn: FittedLevels,
 }
 
 impl MovingBranch {
-    /// `None` where fewer than three levels move, or the amplitude does not rise with the drive.
+    /// `None` if fewer than three levels move, or if the amplitude does not increase with the drive.
     pub(super) fn of(sorted: &SortedLevels, criteria: &Criteria) -> Option<Self> {
         let c = &criteria.levels;
         let (x, weights) = (&sorted.drive, sorted.weights.as_deref());
@@ -50,7 +50,7 @@ impl MovingBranch {
             let through = |y: &[f64]| line.through(x, y, &weight);
             p.taken_off(&sorted.amplitude, through, straight, minus_two_log).map(|c| (p, c))
         });
-        // The values count both ways in which a detector may add; what is drawn is one of them.
+        // The values are averaged over both ways in which a detector may add its reading; the one drawn is one of them.
         let mut drawn = [fit.parameters[0], fit.parameters[1]];
         if let Some((found, Corrected { adds, at_rest, levels, line: by_one, found: averaged })) = corrected {
             plateau = Some((found, adds));
@@ -74,7 +74,7 @@ impl MovingBranch {
             let by_line = straight(&motion)?;
             let (parameters, covariance) = averaged(&curves, believed, c);
             (rss, bent, growth) = (best.rss, best.bend(), best.growth);
-            // What a plateau changes in the line and its errors, it changes in the curve.
+            // A plateau changes the curve and its covariance by as much as it changes the line.
             drawn = [0, 1].map(|i| drawn[i] + best.fit.parameters[i] - by_line.parameters[i]);
             for i in 0..2 {
                 fit.parameters[i] += parameters[i] - by_line.parameters[i];

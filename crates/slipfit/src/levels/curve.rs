@@ -1,36 +1,37 @@
-//! Curves of levels that lose more than a viscous force takes.
+//! Curves of levels with a loss in addition to the viscous one.
 
 use super::criteria::LevelCriteria;
 
-/// How a loss beyond the viscous one grows with the amplitude.
+/// Dependence on the amplitude of the ratio of a further loss to the viscous one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Growth {
-    /// In proportion to the amplitude over the viscous one: drag.
+    /// Proportional to the amplitude: drag.
     Square,
-    /// To its square: cubic damping, or a detector that compresses.
+    /// Proportional to the square of the amplitude: cubic damping, or a compressive detector.
     Cube,
 }
 
 impl Growth {
     pub(super) const ALL: [Self; 2] = [Self::Square, Self::Cube];
 
-    /// What is lost at an amplitude, over the coefficient.
+    /// The further loss at an amplitude for a coefficient of one.
     pub(super) fn of(self, amplitude: f64) -> f64 {
         let square = amplitude * amplitude;
         if self == Self::Square { square } else { square * amplitude }
     }
 
-    /// The power of the amplitude whose inverse is the unit of the coefficient.
+    /// The power of the inverse amplitude that is the unit of the coefficient.
     pub(super) fn of_coefficient(self) -> i32 {
         if self == Self::Square { 1 } else { 2 }
     }
 
-    /// Before the data, over those of drag.
+    /// Prior odds relative to drag.
     pub(super) fn odds(self, c: &LevelCriteria) -> f64 {
         if self == Self::Square { 1.0 } else { c.cube_odds }
     }
 
-    /// The amplitude where the straight line lies at `line`, and its derivative by that; `None` where the curve has turned.
+    /// The amplitude for a value `line` of the straight line, and its derivative with respect to that value; `None`
+    /// beyond the turning point of the curve.
     pub(super) fn on_curve(self, line: f64, coefficient: f64) -> Option<[f64; 2]> {
         match self {
             Self::Square => {
@@ -38,7 +39,7 @@ impl Growth {
                 (root > 0.0).then(|| [2.0 * line / (1.0 + root), 1.0 / root])
             }
             Self::Cube => {
-                // By the triple angle of the hyperbolic sine, or of the sine.
+                // Triple-angle formula of the hyperbolic sine, or of the sine.
                 let scale = (3.0 * coefficient.abs()).sqrt();
                 let argument = 1.5 * scale * line;
                 let y = if argument.abs() < LINEAR {
@@ -55,7 +56,7 @@ impl Growth {
     }
 }
 
-/// Below this the curve lies on its line to the last digit.
+/// Argument below which the curve equals its line to the last digit.
 const LINEAR: f64 = 1e-9;
 
 #[cfg(test)]

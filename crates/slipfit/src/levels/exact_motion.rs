@@ -1,4 +1,4 @@
-//! What the exact motion reads beside the straight line of eq. (9).
+//! Deviation of the exact motion from the straight line of eq. (9).
 
 use super::answer::Answer;
 use super::criteria::LevelCriteria;
@@ -8,12 +8,13 @@ use crate::motion::steady::scan;
 use crate::{Error, Oscillator};
 use std::f64::consts::FRAC_PI_4;
 
-/// The answer about levels that lie on the line: what the exact motion of the `first` answer reads beside it is taken off
-/// the amplitudes, and the line fitted again, until Q and friction settle.
+/// Corrects the answer for the deviation of the exact motion from the line: the deviation according to the `first`
+/// answer is subtracted from the amplitudes and the line is fitted again, until Q and friction converge.
 ///
-/// At the undamped resonance the fundamental of the exact motion (J. P. Den Hartog, Trans. ASME 53, 107 (1931)) lies off
-/// the line by `2 (x_F/R_0)²` of it at high Q, and further at low Q, where friction shapes the motion. Q and the threshold
-/// make up all of it; where the drive is not calibrated nothing is taken off.
+/// At the undamped resonance the fundamental of the exact motion (J. P. Den Hartog, Trans. ASME 53, 107 (1931))
+/// deviates from the line by a relative amount `2 (x_F/R_0)²` at high Q, and by more at low Q, where friction shapes
+/// the motion. The deviation depends on Q and the threshold only; without a calibration of the drive nothing is
+/// subtracted.
 pub(super) fn on_the_line(
     levels: &Levels,
     first: Answer,
@@ -37,7 +38,8 @@ pub(super) fn on_the_line(
     answer
 }
 
-/// Exact amplitude at each level less that of the line, which is zero below its threshold; `None` without a Q or friction.
+/// Exact amplitude at each level minus that of the line, which is zero below its threshold; `None` without Q or
+/// friction.
 fn beside_the_line(levels: &Levels, answer: &Answer) -> Option<Vec<f64>> {
     let value = |parameter| answer.parameter(parameter).map(|q| q.value).filter(|v| *v > 0.0);
     let q = value(Parameter::QFactor)?;
@@ -50,7 +52,7 @@ fn beside_the_line(levels: &Levels, answer: &Answer) -> Option<Vec<f64>> {
         Oscillator::builder().frequency_hz(1.0).q_factor(q).friction_displacement(FRAC_PI_4).build().ok()?;
     let beside = |drive: &f64| {
         let u = drive / threshold;
-        // Friction holds the mass.
+        // Friction keeps the mass at rest.
         if !(u > FRAC_PI_4) {
             return Some(0.0);
         }
@@ -61,7 +63,7 @@ fn beside_the_line(levels: &Levels, answer: &Answer) -> Option<Vec<f64>> {
     levels.drive().iter().map(beside).collect()
 }
 
-/// Whether Q and friction have changed by a small part of their errors.
+/// Whether Q and friction have changed by a small fraction of their standard errors.
 fn is_settled(before: &Answer, now: &Answer, criteria: &LevelCriteria) -> bool {
     [Parameter::QFactor, Parameter::FRICTION_DISPLACEMENT].iter().all(|parameter| {
         let pair = before.parameter(*parameter).zip(now.parameter(*parameter));
@@ -76,7 +78,7 @@ mod tests {
     use crate::noise::jitter;
     use crate::{Oscillator, Parameter};
 
-    /// The intervals of exact levels hold Q and friction at every Q, and none of them is bent.
+    /// The intervals of exact levels cover Q and friction at every Q, and no bend is found.
     #[test]
     fn exact_levels_hold_the_truth_at_every_q() {
         for (q, noise) in [(1.0, 0.01), (2.0, 1e-3), (5.0, 1e-3), (50.0, 1e-3), (50.0, 1e-4)] {

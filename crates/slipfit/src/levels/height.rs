@@ -1,16 +1,17 @@
-//! The amplitude at resonance by a curve over frequency.
+//! Amplitude at resonance from a frequency sweep.
 
 use super::criteria::LevelCriteria;
 use crate::resonance::{Curve, CurveFit, fit};
 use std::f64::consts::{FRAC_PI_4, PI};
 
-/// What rounding leaves of points without noise, over the largest, at most.
+/// Largest residual, relative to the largest amplitude, that is due to rounding for points without noise.
 const ROUNDING: f64 = 1e-9;
 
-/// The height of a resonance by the exact response fitted to the amplitudes of a curve; `None` where that does
-/// not describe it, or too few points lie in the upper half of the peak.
+/// Height of a resonance from the exact response fitted to the amplitudes of a curve; `None` if the response does not
+/// describe the curve, or too few points lie in the upper half of the peak.
 ///
-/// The largest amplitude of a sweep lies below it by as much as the steps are coarse, and the noise lifts it.
+/// The largest amplitude of a sweep is lower than the height because of the finite frequency steps, and is increased by
+/// noise.
 ///
 /// ```
 /// let hz: Vec<f64> = (0..14).map(|i| 96.7 + 0.5 * f64::from(i)).collect();
@@ -28,7 +29,7 @@ pub fn peak_height(frequency_hz: &[f64], amplitude: &[f64]) -> Option<f64> {
         return None;
     }
     let curve = Curve::builder(frequency_hz.to_vec(), amplitude.to_vec()).build().ok()?;
-    // Of points without noise no step is below its error.
+    // For points without noise no step is smaller than its error.
     let settled = |f: &CurveFit| f.converged || f.residual_rms < ROUNDING * largest;
     let found = fit(&curve, None).ok().filter(settled)?;
     let [delta, x_f, x_0, hz] = [
@@ -53,7 +54,7 @@ mod tests {
     use crate::motion::steady::scan;
     use crate::noise::jitter;
 
-    /// Root mean square of the heights found over the true one less one, and how many there are, of 40 sweeps.
+    /// Root mean square of the relative error of the heights found, and their number, of 40 sweeps.
     fn missed(points: usize, beta: f64, noise: f64) -> (f64, usize) {
         let (q, x_f) = (100.0, FRAC_PI_4 * beta);
         let o =
@@ -78,7 +79,7 @@ mod tests {
     #[test]
     fn the_height_lies_between_the_points() {
         for beta in [0.0, 0.3, 0.7] {
-            // Of 21 points, eight in a width at most, the largest lies 3 % low.
+            // Of 21 points, at most eight within a width, the largest is 3 % low.
             let (off, found) = missed(33, beta, 0.002);
             assert!(off < 4e-3 && found >= 36, "{beta}: {off} of {found}");
             let (off, found) = missed(61, beta, 0.01);

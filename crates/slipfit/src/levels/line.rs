@@ -1,4 +1,4 @@
-//! The straight line through the levels that move, and what departs from it.
+//! The straight line through the moving levels, and deviations from it.
 
 use super::answer::{Breakaway, LevelPoint};
 use super::criteria::LevelCriteria;
@@ -9,9 +9,9 @@ use std::f64::consts::FRAC_PI_4;
 
 /// The straight line through the moving levels.
 pub(super) struct Line {
-    /// Which levels, by rising drive, it goes through: those that move and stand out of the noise.
+    /// Levels, by increasing drive, that the line goes through: those that move and exceed the noise.
     pub(super) moving: Vec<bool>,
-    /// Which levels stick. The lowest others may stick as well as move.
+    /// Levels that stick. The lowest of the others may stick or move.
     pub(super) sticks: Vec<bool>,
     pub(super) slope: f64,
     pub(super) intercept: f64,
@@ -19,11 +19,11 @@ pub(super) struct Line {
     total: f64,
 }
 
-/// The split that describes stuck (about zero) and moving (a rising line) branch best.
+/// The split that best describes a stuck branch (about zero) and a moving branch (a rising line).
 ///
-/// Split by the drive, unless that leaves clearly more unexplained than a split by amplitude: levels
-/// that were raised and lowered, or raised only while the mass stuck beyond the threshold. Levels that bend would take
-/// stuck ones into their line: they are split beside a parabola where that leaves far less.
+/// The levels are split by drive, unless that leaves clearly larger residuals than a split by amplitude: levels that
+/// were raised and lowered, or only raised while the mass stuck beyond the threshold. With bent levels a straight line
+/// would include stuck levels; these are split with a parabola if its residuals are far smaller.
 pub(super) fn split(x: &[f64], y: &[f64], weight: &[f64], c: &LevelCriteria) -> Option<Line> {
     let n = x.len();
     let by_rising_drive: Vec<usize> = (0..n).collect();
@@ -34,7 +34,7 @@ pub(super) fn split(x: &[f64], y: &[f64], weight: &[f64], c: &LevelCriteria) -> 
         (None, Some(amplitude)) => amplitude,
         (drive, _) => drive?,
     };
-    // Beside the curve and what sticks.
+    // In addition to the parameters of the curve and the mean of the stuck levels.
     let dof = n as f64 - PARABOLA as f64 - 1.0;
     let curve = best_split(x, y, weight, &by_rising_drive, Order::Drive, PARABOLA, c).filter(|curve| {
         let f = (line.total - curve.total) / (curve.total / dof).max(f64::MIN_POSITIVE);
@@ -44,9 +44,9 @@ pub(super) fn split(x: &[f64], y: &[f64], weight: &[f64], c: &LevelCriteria) -> 
     Some(without_uncertain(x, y, weight, found, columns, c))
 }
 
-/// The line without the lowest levels that may stick as well as move: those whose amplitude, by all higher ones, does
-/// not stand out of the noise. Taken in, a stuck one hides a bend. What they read has no part in that, so that none is
-/// left out for its noise. Nothing is left out where no level sticks.
+/// The line without its lowest levels that may stick or move: those whose amplitude, as predicted by all higher levels,
+/// does not exceed the noise. A stuck level included in the line hides a bend. Their own readings are not used, so that
+/// no level is excluded because of its noise. Nothing is excluded if no level sticks.
 fn without_uncertain(
     x: &[f64],
     y: &[f64],
@@ -80,31 +80,31 @@ fn without_uncertain(
     line
 }
 
-/// Columns of a line and a parabola at a drive over the highest.
+/// Columns of a line and of a parabola for a drive relative to the highest.
 fn row_of(x: f64) -> [f64; 3] {
     [1.0, x, x * x]
 }
 
-/// Columns of the moving branch.
+/// Number of columns of the moving branch.
 const STRAIGHT: usize = 2;
 const PARABOLA: usize = 3;
 
-/// Whether two drives, the lower one first, are readings of one level.
+/// Whether two drives, the lower one first, belong to one level.
 pub(super) fn same_level(lower: f64, higher: f64, c: &LevelCriteria) -> bool {
     higher - lower <= c.same_level * higher
 }
 
-/// By what levels are split.
+/// Order by which levels are split.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Order {
     Drive,
     Amplitude,
 }
 
-/// The best split where the levels move from one on in an order. In that of the drive all readings of a level
-/// stick or all move, and the line's threshold is not far below the highest stuck level. What sticks where the line says
-/// that it moves reads far less than the line: in the order of the drive where the line stands out of the noise, in that
-/// of the amplitude beside or above a level that moves.
+/// The best split in which all levels from some position of the order on move. In the order of the drive all readings
+/// of one level stick or move together, and the threshold of the line is not far below the highest stuck level. A level
+/// that sticks although the line predicts motion must read far less than the line: in the order of the drive where the
+/// line exceeds the noise, in the order of the amplitude at or above the lowest drive of a moving level.
 fn best_split(
     x: &[f64],
     y: &[f64],
@@ -136,7 +136,7 @@ fn best_split(
         if !(slope(lowest) > 0.0 && slope(highest) > 0.0) {
             continue;
         }
-        // What sticks where the mass should move reads far less than it would then.
+        // A level that sticks where the mass should move must read far less than a moving one.
         let reads_as_moving = |i: usize| y[i] > c.stuck_of_expected * expected(x[i]);
         let contradicts = match by {
             Order::Drive => {
@@ -155,13 +155,13 @@ fn best_split(
         if contradicts {
             continue;
         }
-        // What sticks reads its own level, the noise floor of an amplitude.
+        // Stuck levels have their own mean, the noise floor of an amplitude.
         let total_weight: f64 = stuck.iter().map(|&i| weight[i]).sum();
         let floor =
             stuck.iter().map(|&i| weight[i] * y[i]).sum::<f64>() / total_weight.max(f64::MIN_POSITIVE);
         let off: f64 = stuck.iter().map(|&i| weight[i] * (y[i] - floor).powi(2)).sum();
         let total = rss + off;
-        // One more level on the stuck branch costs nothing but must pay.
+        // An additional stuck level has no cost of its own, so it must reduce the residuals.
         if best.as_ref().is_none_or(|b| total < b.total * (1.0 - 1.0 / n as f64)) {
             let mut moves = vec![false; n];
             moving.iter().for_each(|&i| moves[i] = true);
@@ -176,7 +176,7 @@ impl Line {
         self.moving.iter().filter(|moves| **moves).count()
     }
 
-    /// The straight line through the levels that move; `off`: what the others leave.
+    /// The straight line through the moving levels; `off`: sum of squares of the others.
     fn of(moving: Vec<bool>, x: &[f64], y: &[f64], weight: &[f64], off: f64) -> Option<Self> {
         let rows = (0..x.len()).filter(|&i| moving[i]).map(|i| (vec![1.0, x[i]], y[i], weight[i]));
         let (c, _, rss) = linear(rows, STRAIGHT)?;
@@ -192,8 +192,8 @@ impl Line {
     }
 }
 
-/// Which levels were seen neither stuck nor moving: those that by the line may stick as well as move, and whose own reading
-/// does not stand out of the noise.
+/// Levels that were seen neither stuck nor moving: those that may stick or move according to the line and whose own
+/// reading does not exceed the noise.
 pub(super) fn undecided(
     points: &[LevelPoint],
     amplitudes: &[f64],
@@ -209,7 +209,7 @@ pub(super) fn undecided(
         .collect()
 }
 
-/// Where the mass breaks loose, by the branches; `amplitudes`: of the motion, without what a detector adds.
+/// Breakaway according to the branches; `amplitudes`: of the motion, with the reading added by the detector subtracted.
 pub(super) fn breakaway(
     points: &[LevelPoint],
     amplitudes: &[f64],
@@ -218,7 +218,7 @@ pub(super) fn breakaway(
     c: &LevelCriteria,
 ) -> Option<Breakaway> {
     let threshold = -intercept / slope;
-    // Above the threshold, and far from what the line expects there.
+    // Above the threshold, and far from the value predicted by the line.
     let against_the_line = |(p, amplitude): &(&LevelPoint, &f64)| {
         let expected = slope * (p.drive - threshold);
         **amplitude < c.stuck_of_expected * expected && expected > c.expected_errors * p.std_error

@@ -3,7 +3,7 @@
 use crate::Error;
 use crate::answer::calibration::Calibration;
 
-/// Amplitude at resonance over drive level, points in the order of measurement.
+/// Amplitude at resonance versus drive level, points in the order of measurement.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Levels {
     drive: Vec<f64>,
@@ -20,19 +20,18 @@ pub struct LevelsBuilder {
     levels: Levels,
 }
 
-/// Choices for [`analyse`](super::analyse).
+/// Options for [`analyse`](super::analyse).
 #[derive(Debug, Clone, PartialEq, Default)]
 #[non_exhaustive]
 pub struct Options {
-    /// Frequency of the resonance, Hz: with it the decay rate follows from Q.
+    /// Frequency of the resonance, Hz; required for the decay rate.
     pub frequency_hz: Option<f64>,
-    /// Response units per drive unit, so that drive levels become `x_0`, with its standard
-    /// error; not needed where both are lengths or angles.
+    /// Response units per drive unit, which converts drive levels into `x_0`, with its standard error; not needed if
+    /// both are lengths or both are angles.
     pub drive_gain: Option<[f64; 2]>,
-    /// Quality factor of the viscous part when known, with its standard error: it takes the
-    /// place of `drive_gain`.
+    /// Quality factor of the viscous part if known, with its standard error; it replaces `drive_gain`.
     pub q_factor: Option<[f64; 2]>,
-    /// Mechanical constant that turns displacements into forces.
+    /// Mechanical constant that converts displacements into forces.
     pub calibration: Option<Calibration>,
 }
 
@@ -51,7 +50,7 @@ impl Levels {
         }
     }
 
-    /// The same with other amplitudes, by as much smaller at each level.
+    /// The same levels with these values subtracted from the amplitudes.
     pub(super) fn less(&self, by: &[f64]) -> Self {
         let amplitude = self.amplitude.iter().zip(by).map(|(a, b)| a - b).collect();
         Self { amplitude, ..self.clone() }
@@ -113,9 +112,8 @@ impl LevelsBuilder {
     /// Checks and builds; points that are not finite are left out and counted.
     ///
     /// # Errors
-    /// [`Error::Length`] for columns of different length; [`Error::PointOutOfRange`] for a
-    /// drive or amplitude below zero, or a standard error not above it;
-    /// [`Error::TooFewSamples`] below three points.
+    /// [`Error::Length`] for columns of different length; [`Error::PointOutOfRange`] for a negative drive or amplitude,
+    /// or a standard error that is not positive; [`Error::TooFewSamples`] for fewer than three points.
     pub fn build(self) -> Result<Levels, Error> {
         let mut l = self.levels;
         let n = l.drive.len();

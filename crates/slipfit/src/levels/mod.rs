@@ -1,5 +1,5 @@
-//! Drive levels: amplitude at resonance against the drive. A straight line with a
-//! threshold: below it friction holds the mass.
+//! Drive levels: amplitude at resonance versus drive. A straight line with a threshold, below which friction keeps the
+//! mass at rest.
 
 mod analyse;
 mod answer;

@@ -1,4 +1,4 @@
-//! A fit of the moving levels under noise that may grow with the amplitude.
+//! Fit of the moving levels with noise that may grow with the amplitude.
 
 use super::criteria::LevelCriteria;
 use crate::inference::evidence::chi_square_tail;
@@ -8,9 +8,9 @@ use nalgebra::DMatrix;
 
 /// The moving levels as a linear problem.
 pub(super) struct LinearLevels<'a> {
-    /// Derivatives of each level's amplitude by the parameters.
+    /// Derivatives of the amplitude of each level with respect to the parameters.
     pub(super) columns: Vec<Vec<f64>>,
-    /// What the columns describe: amplitudes, or those about a point where a curve is linear.
+    /// Quantity described by the columns: amplitudes, or amplitudes of a curve linearised about a point.
     pub(super) response: Vec<f64>,
     pub(super) amplitude: &'a [f64],
     pub(super) moving: &'a [bool],
@@ -31,28 +31,28 @@ impl<'a> LinearLevels<'a> {
         (0..self.moving.len()).filter(|&i| self.moving[i])
     }
 
-    /// Coefficients, their covariance at unit variance, and the sum of squares, by the weight of each level.
+    /// Coefficients, their covariance at unit variance, and the sum of squares, for the given weights of the levels.
     fn fit(&self, weight: impl Fn(usize) -> f64) -> Option<(Vec<f64>, DMatrix<f64>, f64)> {
         let rows = self.of_moving().map(|i| (self.columns[i].clone(), self.response[i], weight(i)));
         linear(rows, self.parameters())
     }
 }
 
-/// Parameters with their errors, by the noise that the levels allow.
+/// Parameters with their covariance, averaged over the noise models that the levels allow.
 pub(super) struct AveragedFit {
     pub(super) parameters: Vec<f64>,
     pub(super) covariance: DMatrix<f64>,
-    /// Of each level.
+    /// Variance of each level.
     pub(super) variance: Vec<f64>,
-    /// Of the variance; infinite where errors that are known are believed.
+    /// Degrees of freedom of the variance; infinite if the given errors are accepted.
     pub(super) dof: f64,
 }
 
-/// Ratios tried in each decade.
+/// Ratios tried per decade.
 const PER_DECADE: f64 = 10.0;
 
 impl AveragedFit {
-    /// By the inverse variances given with the levels, or by those that the levels tell.
+    /// Uses the given inverse variances, or variances estimated from the levels.
     pub(super) fn of(levels: &LinearLevels, weight: Option<&[f64]>, c: &LevelCriteria) -> Option<Self> {
         match weight {
             Some(weight) => Self::with_errors(levels, weight, c),
@@ -60,7 +60,7 @@ impl AveragedFit {
         }
     }
 
-    /// Errors given are believed unless the levels scatter more; then all of them are too small by one factor.
+    /// The given errors are accepted unless the levels scatter more; in that case all errors are scaled by one factor.
     fn with_errors(levels: &LinearLevels, weight: &[f64], c: &LevelCriteria) -> Option<Self> {
         let (parameters, unit, rss) = levels.fit(|i| weight[i])?;
         let dof = (levels.of_moving().count() as f64 - levels.parameters() as f64).max(1.0);
@@ -74,13 +74,13 @@ impl AveragedFit {
         })
     }
 
-    /// The fit under constant noise, and under variances `1 + ratio A²` for many ratios, averaged by their restricted
-    /// likelihood (Patterson and Thompson 1971, Biometrika 58, 545). Before the data the logarithm of the ratio is uniform;
-    /// the odds of any such noise against a constant one are `proportional_odds`, which grow in proportion to the span of the
-    /// amplitudes above `narrow_span`.
+    /// The fit with constant noise and with variances `1 + ratio A²` for many ratios, averaged by their restricted
+    /// likelihood (Patterson and Thompson 1971, Biometrika 58, 545). The prior is uniform in the logarithm of the
+    /// ratio; the prior odds of any such noise against constant noise are `proportional_odds`, which increase in
+    /// proportion to the span of the amplitudes above `narrow_span`.
     ///
-    /// Levels over decades have a noise in proportion to the amplitude (ranges, gain, drive), and few of them do not tell
-    /// it from a constant one: the errors count both.
+    /// Levels that span decades have noise proportional to the amplitude (ranges, gain, drive), which few levels do not
+    /// distinguish from constant noise. Therefore the standard errors account for both.
     fn averaged(levels: &LinearLevels, c: &LevelCriteria) -> Option<Self> {
         let (n, free) = (levels.of_moving().count() as f64, levels.parameters() as f64);
         let dof = (n - free).max(1.0);
@@ -104,7 +104,7 @@ impl AveragedFit {
         if n >= free + c.noise_residuals as f64 && fits[0].deviance.is_finite() {
             fits.extend(ratios.filter_map(under).filter(|f| f.deviance.is_finite()));
         } else {
-            // Alone it has all of the weight, whatever its likelihood.
+            // As the only fit it has the full weight, whatever its likelihood.
             fits[0].deviance = 0.0;
         }
         let share = odds / (fits.len() - 1).max(1) as f64;
@@ -118,15 +118,15 @@ impl AveragedFit {
     }
 }
 
-/// The fit under one ratio.
+/// The fit for one ratio.
 struct Fitted {
     ratio: f64,
     parameters: Vec<f64>,
     /// Covariance over the variance of the floor.
     unit: DMatrix<f64>,
-    /// Of the floor.
+    /// Variance of the floor.
     variance: f64,
-    /// Minus twice the logarithm of the restricted likelihood, but for a constant.
+    /// Minus twice the logarithm of the restricted likelihood, up to a constant.
     deviance: f64,
 }
 
@@ -136,7 +136,8 @@ mod tests {
     use crate::Parameter;
     use crate::noise::jitter;
 
-    /// How often slope and threshold are held by levels of slope 100 with a floor and a part of every amplitude.
+    /// Number of intervals that cover slope and threshold for levels of slope 100 with a noise floor and noise
+    /// proportional to the amplitude.
     fn held(drive: &[f64], threshold: f64, floor: f64, part: f64) -> [usize; 2] {
         let mut held = [0; 2];
         for seed in 0..200 {
@@ -163,11 +164,12 @@ mod tests {
         let decades = |n: i32| -> Vec<f64> {
             (0..n).map(|i| 0.1 * 300f64.powf(f64::from(i) / f64::from(n - 1))).collect()
         };
-        // Few levels tell a floor from a part hardly: 90 % of the slopes, of many 94 %.
+        // Few levels hardly distinguish a floor from a proportional part: 90 % of the slopes are covered, with many
+        // levels 94 %.
         for (drive, least) in [(decades(5), 168), (decades(8), 172), (decades(15), 178)] {
             for threshold in [0.0, 0.5] {
                 let [slope, at] = held(&drive, threshold, 0.3, 0.02);
-                // With constant noise alone 75 to 106 slopes.
+                // With constant noise alone 75 to 106 slopes are covered.
                 assert!(slope >= least && at >= 182, "{} levels, {threshold}: {slope} {at}", drive.len());
             }
         }

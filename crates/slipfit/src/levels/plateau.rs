@@ -1,4 +1,4 @@
-//! What a detector reads where the mass sticks: its zero or its noise, which the moving levels hold as well.
+//! Reading of the detector where the mass sticks: its zero or its noise, which the moving levels contain as well.
 
 use super::criteria::LevelCriteria;
 use super::line::{Line, same_level};
@@ -8,22 +8,22 @@ use crate::inference::model_average::ModelWeights;
 use crate::numeric::order::sort_by_value;
 use nalgebra::DVector;
 
-/// Mean of an amplitude of nothing but noise, over the deviation of a quadrature (Rice).
+/// Mean amplitude of pure noise over the standard deviation of a quadrature (Rice distribution).
 const MEAN_AT_REST: f64 = 1.253_314_137_315_5;
-/// Variance of the same over that of a quadrature.
+/// Variance of the same over the variance of a quadrature.
 const VARIANCE_AT_REST: f64 = 0.429_203_673_205_1;
 
-/// How the detector adds what it reads without motion.
+/// How the reading without motion adds to the amplitude.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Adds {
-    /// A zero: a constant in every reading.
+    /// Zero offset: a constant in every reading.
     Constant,
-    /// Noise within a bandwidth: in squares.
+    /// Noise within a bandwidth: in quadrature.
     Squares,
 }
 
 impl Adds {
-    /// An amplitude without a reading at rest.
+    /// An amplitude with the reading at rest subtracted.
     fn taken_off(self, reading: f64, at_rest: f64) -> f64 {
         match self {
             Self::Constant => reading - at_rest,
@@ -32,25 +32,25 @@ impl Adds {
     }
 }
 
-/// What stuck levels read.
+/// Reading of the stuck levels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Plateau {
-    /// On average.
+    /// Mean reading.
     pub(super) reading: f64,
-    /// How many levels.
+    /// Number of levels.
     pub(super) levels: usize,
-    /// What of it is no noise of the quadratures: a constant, and its standard error.
+    /// The part that is not noise of the quadratures, as a constant, and its standard error.
     constant: [f64; 2],
-    /// The same in squares.
+    /// The same in quadrature.
     in_squares: [f64; 2],
 }
 
 impl Plateau {
-    /// The plateau of the levels that stick, where it is above what their noise would read.
+    /// The plateau of the levels that stick, if it exceeds the reading of noise alone.
     pub(super) fn of(x: &[f64], y: &[f64], weight: &[f64], line: &Line, c: &LevelCriteria) -> Option<Self> {
         let stuck: Vec<usize> = (0..x.len()).filter(|&i| line.sticks[i]).collect();
         let n = stuck.len() as f64;
-        // Several readings of one level may be about to move as one of them may.
+        // Several readings of one level count once, because all of them may be about to move.
         let repeated = stuck.windows(2).filter(|pair| same_level(x[pair[0]], x[pair[1]], c)).count();
         let levels = stuck.len() - repeated;
         if levels < c.plateau_levels {
@@ -60,7 +60,7 @@ impl Plateau {
         let total = sum(&|_| 1.0);
         let reading = sum(&|i| y[i]) / total;
         let scatter = sum(&|i| (y[i] - reading).powi(2));
-        // What creeps follows the drive.
+        // A creeping mass follows the drive.
         let along = sum(&|i| x[i] * y[i]) / sum(&|i| x[i] * x[i]).max(f64::MIN_POSITIVE);
         if sum(&|i| (y[i] - along * x[i]).powi(2)) < scatter {
             return None;
@@ -78,8 +78,8 @@ impl Plateau {
         Some(Self { reading, levels, constant: [constant, std_error], in_squares })
     }
 
-    /// The line through the moving levels without it, both ways to add counted by how well each describes them; and
-    /// the way that describes them better, with the line and the levels by that. `fit` gives the line with its errors.
+    /// The line through the moving levels with the plateau subtracted, averaged over both ways of adding by their
+    /// likelihood; and the better way, with its line and levels. `fit` returns the line with its covariance.
     pub(super) fn taken_off(
         &self,
         y: &[f64],
@@ -115,7 +115,7 @@ impl Plateau {
     }
 }
 
-/// The levels without what the detector reads at rest.
+/// The levels with the reading of the detector at rest subtracted.
 pub(super) struct Corrected {
     pub(super) adds: Adds,
     pub(super) at_rest: f64,
@@ -134,7 +134,7 @@ mod tests {
     const SLOPE: f64 = 100.0;
     const NOISE: f64 = 0.5;
 
-    /// Levels by a lock-in with noise in both quadratures, as a detector reads them.
+    /// Levels measured by a lock-in amplifier with noise in both quadratures, as read by a detector.
     fn levels(seed: usize, threshold: f64, read: impl Fn(f64) -> f64) -> Levels {
         let drive: Vec<f64> = (1..=20).map(|i| 0.1 * f64::from(i)).collect();
         let at = |(i, d): (usize, &f64)| {
@@ -148,7 +148,7 @@ mod tests {
         Levels::builder(drive, amplitude).unit("mm").drive_unit("mm").build().unwrap()
     }
 
-    /// Of 100 records, how many hold the threshold, and how many carry a warning.
+    /// Of 100 records, the number of intervals that cover the threshold, and the number with a given warning.
     fn held(threshold: f64, code: &str, read: impl Fn(f64) -> f64) -> [usize; 2] {
         let mut counts = [0; 2];
         for seed in 0..100 {
@@ -162,7 +162,7 @@ mod tests {
 
     #[test]
     fn what_a_detector_reads_at_rest_is_taken_off() {
-        // Left in, the threshold is held in none.
+        // Without the subtraction no interval covers the threshold.
         let [constant, warned] = held(0.65, "level_plateau", |a| a + 5.0);
         assert!(constant >= 88 && warned == 100, "{constant} {warned}");
         let [squares, warned] = held(0.65, "level_plateau", |a| a.hypot(15.0));

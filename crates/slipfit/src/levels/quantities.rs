@@ -1,4 +1,4 @@
-//! What the line through the levels gives: slope, threshold, and with a scale of the drive Q and friction.
+//! Quantities from the line through the levels: slope, threshold, and with a calibrated drive Q and friction.
 
 use super::bend::{ByLine, Curved};
 use super::branch::MovingBranch;
@@ -14,7 +14,7 @@ use crate::inference::interval::bounded_interval;
 use crate::model::displacement::DisplacementUnit;
 use std::f64::consts::FRAC_PI_4;
 
-/// Unit of one over another.
+/// Unit of the ratio of two quantities.
 pub(super) fn ratio_unit(of: &str, by: &str) -> String {
     match (of, by) {
         (a, b) if a == b => String::new(),
@@ -24,10 +24,11 @@ pub(super) fn ratio_unit(of: &str, by: &str) -> String {
     }
 }
 
-/// A quantity that is not below zero, from an estimate that may be; `factor` is Student's.
+/// A non-negative quantity from an estimate that may be negative; `factor` is the ratio of Student's t to the normal
+/// quantile.
 pub(super) fn not_negative(estimate: f64, std_error: f64, factor: f64, unit: &str) -> Quantity {
     let wide = std_error * factor;
-    // Points on a line to the last digit leave no uncertainty.
+    // Points on a line to the last digit have no uncertainty.
     let interval_95 =
         if wide > 0.0 { bounded_interval(estimate / wide).map(|v| v * wide) } else { [estimate.max(0.0); 2] };
     Quantity {
@@ -39,34 +40,34 @@ pub(super) fn not_negative(estimate: f64, std_error: f64, factor: f64, unit: &st
     }
 }
 
-/// What the line gives.
+/// Quantities determined by the line.
 pub(super) struct LineQuantities {
     pub(super) slope: Quantity,
     pub(super) threshold: Quantity,
-    /// The amplitude that friction takes away, `slope threshold`: minus the intercept.
+    /// The loss of amplitude by friction, `slope threshold`: minus the intercept.
     pub(super) lost_amplitude: Quantity,
-    /// Of slope and threshold.
+    /// Correlation of slope and threshold.
     pub(super) correlation: f64,
-    /// No sliding friction would do as well; one-sided.
+    /// p value of no sliding friction; one-sided.
     pub(super) p_value: f64,
-    /// The same for a line that lies above zero without a drive.
+    /// The same for a line that is above zero at zero drive.
     pub(super) p_above_zero: f64,
 }
 
 impl LineQuantities {
-    /// Slope and threshold of the branch, curves that the levels do not exclude counted.
+    /// Slope and threshold of the branch, including curves that the levels do not exclude.
     pub(super) fn of(branch: &MovingBranch, levels: &Levels, criteria: &Criteria) -> Self {
         let AveragedFit { parameters, covariance: v, dof, .. } = &branch.fit;
         let (intercept, slope) = (parameters[0], parameters[1]);
         let factor = student_factor(*dof);
         let threshold = -intercept / slope;
-        // Threshold t = -a/b by the delta method; at the test of t = 0 the line through zero.
+        // Threshold t = -a/b by the delta method; for the test of t = 0 the line through zero.
         let gradient = [-1.0 / slope, -threshold / slope];
         let [slope_std, lost_std] = [v[(1, 1)], v[(0, 0)]].map(f64::sqrt);
         let along = |k: usize| gradient[0] * v[(0, k)] + gradient[1] * v[(1, k)];
         let threshold_std = (gradient[0] * along(0) + gradient[1] * along(1)).max(0.0).sqrt();
         let correlation = if threshold_std > 0.0 {
-            // Of a variance that all but cancels rounding may leave less than nothing.
+            // If a variance nearly cancels, rounding may give a negative result.
             (along(1) / slope_std / threshold_std).clamp(-1.0, 1.0)
         } else {
             0.0
@@ -76,7 +77,7 @@ impl LineQuantities {
                 |rival: &Curved| rival.beside(straight, gradient, &criteria.levels, &criteria.inference);
             branch.rival.as_ref().map_or_else(Vec::new, beside)
         };
-        // The value is the average of line and curve, the interval holds those of both.
+        // The value is the average over line and curve; the interval contains those of both.
         let counted = |straight: Quantity, others: &[Weighed], of: ByLine| {
             let own = straight.interval_95;
             let mut q = stretched(straight, others);
@@ -93,7 +94,7 @@ impl LineQuantities {
             let moved: f64 = others.iter().map(|o| o.weight * (o.value - q.unbounded_value)).sum();
             q.unbounded_value += moved;
             q.value = if q.interval_95[0] >= 0.0 { q.unbounded_value.max(0.0) } else { q.unbounded_value };
-            // The value lies at one end of what a bend may be.
+            // The value lies at one end of the possible range of a bend.
             if q.interval_95 != own {
                 let [low, high] = q.interval_95;
                 q.std_error = q.std_error.max((high - q.value).max(q.value - low) / Z_95);
@@ -135,20 +136,20 @@ impl LineQuantities {
     }
 }
 
-/// What it gives where the drive has a scale.
+/// Quantities available if the drive is calibrated.
 pub(super) struct Calibrated {
     pub(super) q: Quantity,
     pub(super) x_f: Quantity,
-    /// Of decay rate and friction.
+    /// Correlation of decay rate and friction.
     pub(super) loss_correlation: f64,
 }
 
-/// The Q of critical damping.
+/// Quality factor of critical damping.
 const LEAST_Q: f64 = 0.5;
 
 impl LineQuantities {
-    /// `Q = slope/gain`, `x_F = (pi/4) gain threshold`; given Q, `x_F = (pi/4) slope threshold/Q`. `None` where nothing
-    /// gives the gain, or one that no oscillator has.
+    /// `Q = slope/gain`, `x_F = (pi/4) gain threshold`; with a given Q, `x_F = (pi/4) slope threshold/Q`. `None` if the
+    /// gain is not known, or gives a Q that no oscillator has.
     pub(super) fn calibrated(&self, levels: &Levels, options: &Options) -> Option<Calibrated> {
         if let Some([q, q_std]) = options.q_factor {
             let relative = q_std / q;
@@ -164,7 +165,7 @@ impl LineQuantities {
         let of_slope = self.slope.std_error / self.slope.value;
         let loss_correlation = loss_correlation(relative, of_slope, &x_f, self.correlation);
         let q = self.slope.scaled(1.0 / gain, "").widened(relative);
-        // Nothing below rings, let alone has a resonance: the gain is not that of the drive at the base.
+        // Below this Q there is no resonance: the gain is not that of a drive at the base.
         if q.value < LEAST_Q && q.value > 0.0 {
             return None;
         }
@@ -172,8 +173,8 @@ impl LineQuantities {
     }
 }
 
-/// Correlation of decay rate and friction: both have the error of the scale, `common` of themselves; the decay rate
-/// falls as the slope, known to `of_slope` of itself, rises.
+/// Correlation of decay rate and friction: both contain the relative error `common` of the scale; the decay rate
+/// decreases with increasing slope, whose relative error is `of_slope`.
 fn loss_correlation(common: f64, of_slope: f64, x_f: &Quantity, correlation: f64) -> f64 {
     let of_scale = common * x_f.value;
     let covariance = common * of_scale - correlation * of_slope * x_f.std_error;
@@ -181,7 +182,7 @@ fn loss_correlation(common: f64, of_slope: f64, x_f: &Quantity, correlation: f64
     if errors > 0.0 { (covariance / errors).clamp(-1.0, 1.0) } else { 0.0 }
 }
 
-/// `factor/q`; without an upper limit where that of `q` is not above zero.
+/// `factor/q`; without an upper limit if the lower limit of `q` is not positive.
 pub(super) fn inverse(q: &Quantity, factor: f64, unit: &str) -> Quantity {
     let value = factor / q.value;
     let [low, high] = q.interval_95;

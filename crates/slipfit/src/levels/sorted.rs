@@ -1,15 +1,15 @@
-//! Levels by rising drive.
+//! Levels in order of increasing drive.
 
 use super::Levels;
 use crate::numeric::order::ascending;
 
-/// Drive levels with their amplitudes, by rising drive.
+/// Drive levels with their amplitudes, in order of increasing drive.
 pub(super) struct SortedLevels {
-    /// Place of each in the order of measurement.
+    /// Index of each level in the order of measurement.
     pub(super) order: Vec<usize>,
     pub(super) drive: Vec<f64>,
     pub(super) amplitude: Vec<f64>,
-    /// Inverse variances, where errors are given.
+    /// Inverse variances, if errors are given.
     pub(super) weights: Option<Vec<f64>>,
 }
 
@@ -25,7 +25,7 @@ impl SortedLevels {
         }
     }
 
-    /// Weight of a level: one where no errors are given.
+    /// Weight of a level; one if no errors are given.
     pub(super) fn weight(&self, level: usize) -> f64 {
         self.weights.as_ref().map_or(1.0, |w| w[level])
     }
