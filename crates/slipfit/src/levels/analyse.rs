@@ -294,8 +294,8 @@ mod tests {
         assert!(held >= runs * 90 / 100, "{held} of {runs}");
     }
 
-    /// With a given Q, friction follows from the intercept: its interval covers the true value, and its correlation with
-    /// the decay rate is due to the error of Q.
+    /// With a given Q, friction follows from the intercept: its interval covers the true value, and its correlation
+    /// with the decay rate is due to the error of Q.
     #[test]
     fn a_given_q_leaves_intervals_that_hold_the_friction() {
         let drive: Vec<f64> = (0..8).map(|i| 0.6 + 0.2 * f64::from(i)).collect();

@@ -1,16 +1,16 @@
-//! Other sets of terms beside the losses than the one reported.
+//! Sets of terms apart from the losses that differ from the reported one.
 
 use super::criteria::AnswerCriteria;
 use super::response::{BG_RE, DUFFING, FLOOR, OFFSET};
 use crate::inference::least_squares::Fit;
 use crate::inference::model_selection::ModelComparison;
 
-/// Which of the terms beside the losses take part.
+/// Terms apart from the losses that are included in a fit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct TermSet {
     pub(super) background: bool,
     pub(super) delay: bool,
-    /// The delay is the background's too.
+    /// The delay also applies to the background.
     pub(super) background_delayed: bool,
     /// A constant in every amplitude.
     pub(super) offset: bool,
@@ -20,18 +20,18 @@ pub(super) struct TermSet {
     pub(super) duffing: bool,
 }
 
-/// The fit of another set, or of the same one with another background or without drag.
+/// The fit of another set, or of the same set with another background or without drag.
 #[derive(Debug, Clone)]
 pub(crate) struct OtherFit {
     pub(crate) set: TermSet,
-    /// Best fit with the limits of the losses lifted.
+    /// Best fit without limits on the losses.
     pub(crate) unbounded: Fit,
-    /// Best fit within them.
+    /// Best fit within the limits.
     pub(crate) bounded: Fit,
 }
 
-/// What a fit has otherwise than the one reported. The fits of one kind are rivals; those of several kinds look alike or
-/// may be there together, so that none takes the weight of another.
+/// How a fit differs from the reported one. The fits of one kind are rivals; those of different kinds look alike or may
+/// be present together, so that none reduces the weight of another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
     /// Background, delay or drive.
@@ -40,46 +40,46 @@ pub(crate) enum Kind {
     Level,
     /// With or without a Duffing term.
     Spring,
-    /// The same terms, the points weighed by another law of their noise.
+    /// The same terms, with the points weighted by another noise law.
     Noise,
 }
 
-/// A fit beside the one reported.
+/// A fit in addition to the reported one.
 #[derive(Debug, Clone)]
 pub(crate) struct Alternative {
     pub(crate) fit: OtherFit,
     pub(crate) kind: Kind,
-    /// Over that of the fit reported and of the others of its kind.
+    /// Probability relative to the reported fit and the others of its kind.
     pub(crate) weight: f64,
-    /// The same for the natural frequency, for which a Duffing term is probable before the data.
+    /// The same for the natural frequency, for which a Duffing term is probable a priori.
     pub(crate) frequency_weight: f64,
-    /// By which its BIC is higher than that of the fit reported.
+    /// Its BIC minus that of the reported fit.
     pub(crate) delta_bic: f64,
 }
 
-/// What the curve says by itself, with a drive that is neither given nor that of its reference.
+/// The fit of the curve alone, with a drive that is neither given nor that of its reference.
 #[derive(Debug)]
 pub(crate) struct FreeGain {
-    /// The fit of the curve; the sums of squares are those of both.
+    /// The fit of the curve; the sums of squares are those of curve and reference.
     pub(crate) alternative: Alternative,
-    /// Drive of the curve by its shape over the one given or that of the reference.
+    /// Drive of the curve implied by its shape, over the one given or that of the reference.
     pub(crate) ratio: f64,
 }
 
-/// Whether a constant or a noise floor in every amplitude takes part and no background.
+/// Whether a constant or a noise floor in every amplitude is included without a background.
 fn is_level(free: &[usize]) -> bool {
     (free.contains(&OFFSET) || free.contains(&FLOOR)) && !free.contains(&BG_RE)
 }
 
-/// Free parameters, a constant or a noise floor counted like the two of a background: a background is the rule, and under
-/// amplitudes they look alike.
+/// Number of free parameters; a constant or a noise floor counts as two, like a background: a background is more
+/// common, and in amplitudes they look alike.
 pub(super) fn counted_parameters(free: &[usize]) -> usize {
     free.len() + usize::from(is_level(free))
 }
 
-/// The other fits with their weights, those that count; `exp(-delta/2)` where `delta` is the
-/// difference of `n ln rss + c p` (Burnham and Anderson 2002, *Model Selection and Multimodel
-/// Inference*, have `c = 2`), `c` being [`AnswerCriteria::alternative_penalty`].
+/// The other fits with their weights, if these are large enough: `exp(-delta/2)` with `delta` the difference of
+/// `n ln rss + c p` (Burnham and Anderson 2002, *Model Selection and Multimodel Inference*, have `c = 2`), `c` being
+/// [`AnswerCriteria::alternative_penalty`].
 pub(super) fn weighed(
     others: Vec<OtherFit>,
     comparison: &ModelComparison,
@@ -109,7 +109,7 @@ pub(super) fn weighed(
         })
         .filter(|a| a.weight.is_finite() && a.weight > c.least_weight)
         .collect();
-    // Several minima of one set are one model.
+    // Several minima of one set share the weight of one model.
     let of_set = |set: TermSet| list.iter().filter(move |a| a.fit.set == set).map(|a| a.weight);
     let shares: Vec<f64> =
         list.iter().map(|a| of_set(a.fit.set).fold(0.0, f64::max) / of_set(a.fit.set).sum::<f64>()).collect();

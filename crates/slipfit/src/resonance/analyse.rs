@@ -1,4 +1,4 @@
-//! The analysis of a resonance curve, step by step.
+//! The steps of the analysis of a resonance curve.
 
 use super::block::Block;
 use super::criteria::Criteria;
@@ -10,43 +10,41 @@ use super::work::Work;
 use super::{Answer, Curve, Options, assemble, lost_curvature, measured_columns};
 use crate::Error;
 
-/// Tells viscous from sliding loss in a resonance curve.
+/// Separates viscous from sliding loss in a resonance curve.
 ///
-/// The response of the oscillator `m x'' + gamma x' + k x + F sgn(x') = k x_0 cos(omega t)` is
-/// computed exactly at every frequency (closed form where the mass never stops, else the
-/// motion with its stops) and its fundamental, what a lock-in shows, is compared with the
-/// points: with amplitudes, or with real and imaginary part where there is a phase. The
-/// leading term of it is eq. (8) of Vitorino, Vieira and Rodrigues, *Effect of sliding
-/// friction in harmonic oscillators*; their effective Lorentzian, eq. (14), is given beside
-/// the answer with the bias it has on this very curve.
+/// The response of the oscillator `m x'' + gamma x' + k x + F sgn(x') = k x_0 cos(omega t)` is computed exactly at
+/// every frequency (in closed form if the mass never stops, otherwise from the motion with its stops), and its
+/// fundamental, as measured by a lock-in amplifier, is compared with the points: with amplitudes, or with real and
+/// imaginary part if there is a phase. Its leading term is eq. (8) of Vitorino, Vieira and Rodrigues, *Effect of
+/// sliding friction in harmonic oscillators*; their effective Lorentzian, eq. (14), is reported in addition, with its
+/// bias for this curve.
 ///
-/// All loss models (viscous, sliding, drag and their sums) are compared on the same points.
-/// A phase offset is always fitted where there are phases. Background and delay are part of the answer
-/// where the BIC with them is lower by a margin, autocorrelation counted, and a warning says so; where
-/// they are not, or are, the other sets of these terms stretch the intervals by their weights. A
-/// Duffing term is added where the BIC falls by 14; where it is not, or is, the fit with the other choice
-/// stretches the intervals alike. Noise that grows with the amplitude is found from the residuals, unless
-/// the curve brings errors of its own; errors and drives of the points that the residuals contradict are set aside
-/// with a warning.
+/// All loss models (viscous, sliding, drag and their sums) are compared on the same points. A phase offset is always
+/// fitted if there are phases. Background and delay are included if this lowers the BIC, with the autocorrelation taken
+/// into account, by a margin; a warning states it. In either case the other sets of these terms widen the intervals
+/// according to their weights. A Duffing term is added if it lowers the BIC by 14; in either case the fit with the
+/// other choice widens the intervals in the same way. Noise that grows with the amplitude is estimated from the
+/// residuals, unless the curve has errors of its own; errors and drives of the points that the residuals contradict are
+/// not used, with a warning.
 ///
-/// The height of a curve is `Q x_0 (1 - 4 x_F/(pi x_0))`: with the drive amplitude `x_0` known
-/// ([`Options::drive_amplitude`], or a friction-free [`Options::reference`]) friction and Q
-/// follow from height and width. Without it they follow from the shape alone, and the
-/// interval tells how far that goes.
+/// The height of a curve is `Q x_0 (1 - 4 x_F/(pi x_0))`: if the drive amplitude `x_0` is known
+/// ([`Options::drive_amplitude`], or a friction-free [`Options::reference`]), friction and Q follow from height and
+/// width. Otherwise they follow from the shape alone; the interval shows with what accuracy.
 ///
-/// Units: frequencies in Hz; `x_0`, `x_F` in the response's unit.
+/// Units: frequencies in Hz; `x_0`, `x_F` in the unit of the response.
 ///
-/// Where `x_F` is known to worse than a fifth of `x_0`, the bias of least squares to second order
-/// (M. J. Box, J. R. Stat. Soc. B 33, 171, 1971) is corrected in `delta`, `x_F`, `x_0` and their
-/// ratio; intervals are those of the profile either way.
+/// If the standard error of `x_F` exceeds a fifth of `x_0`, the bias of least squares is corrected to second order (M.
+/// J. Box, J. R. Stat. Soc. B 33, 171, 1971) in `delta`, `x_F`, `x_0` and their ratio; the intervals are those of the
+/// profile in either case.
 ///
-/// Limits: one mode; static friction equal to kinetic; the curve is steady (a sweep slow
-/// against the decay); drag and the Duffing term are of leading order in the amplitude.
+/// Limits: one mode; static friction equal to kinetic friction; a steady curve (a sweep that is slow compared with the
+/// decay); drag and the Duffing term are of leading order in the amplitude.
 ///
 /// # Errors
-/// [`Error::Parameter`] for an option out of range, [`Error::TooFewPoints`] below one point
-/// more than free parameters, [`Error::DoesNotHold`] for a constant or a noise floor in the amplitudes of points with
-/// phases, or a delay of points without them, [`Error::NoResonance`] or [`Error::NoFit`] where there is nothing to answer. A fit that merely disappoints is an [`Answer`] with warnings.
+/// [`Error::Parameter`] for an option out of range, [`Error::TooFewPoints`] if there are fewer points than free
+/// parameters plus one, [`Error::DoesNotHold`] for a constant or a noise floor in the amplitudes of points with phases,
+/// or a delay of points without phases, [`Error::NoResonance`] or [`Error::NoFit`] if there is no result. A poor fit is
+/// not an error but an [`Answer`] with warnings.
 ///
 /// ```
 /// use slipfit::Parameter;
@@ -77,7 +75,7 @@ pub fn analyse(curve: &Curve, options: &Options) -> Result<Answer, Error> {
 
 const SEARCH_CUT: &str = "no resonance curve could be fitted within the limit of work";
 
-/// [`analyse`] by other thresholds than the default ones.
+/// [`analyse`] with user-defined thresholds.
 ///
 /// # Errors
 /// As [`analyse`].
@@ -107,7 +105,7 @@ pub fn analyse_with(curve: &Curve, options: &Options, criteria: &Criteria) -> Re
     analyse_within(curve, &used, options, criteria, &work)
 }
 
-/// [`analyse_with`] of the points in use, the work counted in `work`.
+/// [`analyse_with`] for the points in use; the work is counted in `work`.
 pub(super) fn analyse_within(
     curve: &Curve,
     used: &Curve,
@@ -131,7 +129,7 @@ pub(super) fn analyse_within(
     };
     let mut main = block(used);
     let mut found = fit(main.clone(), 0);
-    // A glitch far above the peak hides it.
+    // A glitch far above the peak hides the peak.
     for spikes in 1..=main.len() / criteria.residuals.outlier_part.max(1) {
         let Err(Error::NoResonance { .. }) = found else { break };
         let Some(fewer) = peak::without_spike(&main, &criteria.residuals) else { break };
@@ -146,7 +144,7 @@ pub(super) fn analyse_within(
         fitted.free_gain =
             work.within(criteria.search.share, || free_gain(&fitted, alone, options, criteria, known));
     }
-    // Whatever the search took, there is work for the intervals.
+    // Work is reserved for the intervals, whatever the search used.
     work.renew(criteria.search.interval_part);
     assemble::answer(curve, used, options, &fitted, criteria)
 }
@@ -183,7 +181,7 @@ mod tests {
         }
     }
 
-    /// Curve of a resonance of quality 100 without friction, each point as `read` shows it.
+    /// Curve of a resonance with a quality factor of 100 without friction, each point transformed by `read`.
     fn seen(points: usize, noise: f64, read: impl Fn(usize, Phasor) -> Phasor) -> (Vec<f64>, Vec<Phasor>) {
         let o = crate::Oscillator::builder().frequency_hz(1.0).q_factor(100.0).build().unwrap();
         let hz: Vec<f64> = (0..points).map(|i| 0.97 + 0.06 * i as f64 / (points - 1) as f64).collect();
@@ -217,11 +215,11 @@ mod tests {
             sure += usize::from(answer.sliding.p_value < 0.01);
             assert!(!answer.sliding.detected, "{share}");
         }
-        // By chance alone it would be friction.
+        // Otherwise friction would be detected by chance.
         assert!(sure > 0);
     }
 
-    /// A curve cut off looks like drag, beside which the viscous loss may come out below zero.
+    /// A clipped curve looks like drag, with which the viscous loss may become negative.
     #[test]
     fn values_and_table_are_those_of_one_fit() {
         let known = crate::resonance::DriveAmplitude { value: 1.0, std_error: 0.0 };
@@ -263,7 +261,7 @@ mod tests {
         assert_eq!(delayed(-5.0), [false, true]);
     }
 
-    /// A drive given 10 % too large made friction of a fifth of the loss, p < 1e-12, and a background of 7 %.
+    /// A drive given 10 % too large led to friction of a fifth of the loss, p < 1e-12, and a background of 7 %.
     #[test]
     fn a_drive_that_contradicts_the_shape_of_the_curve_is_named() {
         let (hz, z) = seen(121, 0.5, |_, z| z);
@@ -277,7 +275,7 @@ mod tests {
         }
     }
 
-    /// Curve and reference of amplitudes, the reference read with another gain.
+    /// Curve and reference of amplitudes, the reference measured with another gain.
     #[test]
     fn a_reference_at_another_gain_is_named() {
         let o =

@@ -8,7 +8,7 @@ use crate::answer::comparison::correlation;
 use crate::answer::{Candidate, Correlation, Parameter, Parameters, SlidingEvidence, Warning};
 use crate::model::loss::LossModel;
 
-/// Where the drive amplitude came from.
+/// Source of the drive amplitude.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -34,31 +34,30 @@ impl DriveSource {
     }
 }
 
-/// What the instrument adds: measured is
-/// `Z e^(i (phase_offset - (omega - omega_c) delay)) + background`.
+/// Instrument terms: the measured response is `Z e^(i (phase_offset - (omega - omega_c) delay)) + background`.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Instrument {
-    /// Phase offset, rad; `None` where not fitted.
+    /// Phase offset, rad; `None` if not fitted.
     pub phase_offset_rad: Option<Quantity>,
-    /// Delay, s; `None` where not fitted.
+    /// Delay, s; `None` if not fitted.
     pub delay_s: Option<Quantity>,
-    /// Background, real and imaginary part, response unit; `None` where not fitted.
+    /// Background, real and imaginary part, response unit; `None` if not fitted.
     pub background: Option<[Quantity; 2]>,
-    /// The delay is the background's too; the background is then that at `centre_hz`.
+    /// Whether the delay also applies to the background, which is then that at `centre_hz`.
     pub background_delayed: bool,
-    /// A constant in every amplitude, as a detector's zero, response unit; `None` where not fitted.
+    /// A constant in every amplitude, such as the zero of a detector, response unit; `None` if not fitted.
     pub amplitude_offset: Option<Quantity>,
-    /// A noise floor that adds to every amplitude in squares, response unit; `None` where not fitted.
+    /// A noise floor that adds to every amplitude in quadrature, response unit; `None` if not fitted.
     pub noise_floor: Option<Quantity>,
-    /// The phases given run the other way (`e^(-i omega t)`) and were conjugated.
+    /// Whether the given phases have the opposite sign (`e^(-i omega t)`) and were conjugated.
     pub phase_was_conjugated: bool,
-    /// The frequency `omega_c/2 pi` about which the delay turns, Hz.
+    /// The frequency `omega_c/2 pi` at which the delay does not change the phase, Hz.
     pub centre_hz: f64,
 }
 
-/// One measured point beside the fit.
+/// One measured point with its fitted value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct CurvePoint {
@@ -68,8 +67,8 @@ pub struct CurvePoint {
     pub frequency_hz: f64,
     /// Measured amplitude, response unit.
     pub amplitude: f64,
-    /// Measured phase against the drive, rad in (-pi, pi], sign convention mended, as
-    /// measured otherwise; `None` without phases.
+    /// Measured phase relative to the drive, rad in (-pi, pi], with the sign convention corrected but otherwise as
+    /// measured; `None` without phases.
     pub phase_rad: Option<f64>,
     /// Standard error of the amplitude.
     pub std_error: f64,
@@ -77,24 +76,24 @@ pub struct CurvePoint {
     pub fitted_amplitude: f64,
     /// Fitted phase, rad, instrument terms included.
     pub fitted_phase_rad: f64,
-    /// Measured less fitted: amplitude, or the real part along the fitted phase.
+    /// Measured minus fitted: amplitude, or the component along the fitted phase.
     pub residual: f64,
-    /// Residual across the fitted phase, response unit; zero without phases.
+    /// Component of the residual perpendicular to the fitted phase, response unit; zero without phases.
     pub residual_across: f64,
-    /// Stops in a cycle of the exact motion, at least: 0 for many turning points, and where nothing moves.
+    /// Lower limit of the number of stops per cycle of the exact motion; 0 for motions with many turning points, and if
+    /// nothing moves.
     pub stops: usize,
     /// Relative drive level of this point (1 without a drive column).
     pub drive: f64,
 }
 
-/// Force balance at one point, without a model; "forces" are over the stiffness, in the
-/// response's unit.
+/// Force balance at one point, without a model; forces are divided by the stiffness, in the unit of the response.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ForcePoint {
     /// Frequency, Hz.
     pub frequency_hz: f64,
-    /// Amplitude of the oscillator, instrument terms taken off.
+    /// Amplitude of the oscillator, with the instrument terms removed.
     pub amplitude: f64,
     /// Dissipative force `x_0 sin(lag)`.
     pub dissipative: f64,
@@ -121,7 +120,7 @@ pub struct ForceLine {
     pub points: usize,
 }
 
-/// The paper's way for the same data: eq. (14) fitted, inverted with `a = 4/3`.
+/// Result of the method of the paper for the same data: eq. (14) fitted, inverted with `a = 4/3`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -132,14 +131,14 @@ pub struct PaperEstimate {
     pub effective_drive: f64,
     /// Centre, Hz.
     pub natural_frequency_hz: f64,
-    /// Q by eq. (12); `None` where the drive is not known, which the inversion needs.
+    /// Q by eq. (12); `None` if the drive, which the inversion requires, is not known.
     pub q_factor: Option<f64>,
     /// Friction displacement by eqs. (12) and (13).
     pub friction_displacement: Option<f64>,
     /// Friction ratio.
     pub friction_ratio: Option<f64>,
-    /// Relative bias of Q by this inversion, from the same fit to the exact curve of the
-    /// answer's parameters at the same frequencies.
+    /// Relative bias of Q by this inversion, from the same fit to the exact curve for the parameters of the answer at
+    /// the same frequencies.
     pub q_factor_bias: Option<f64>,
     /// Relative bias of the friction displacement, likewise.
     pub friction_bias: Option<f64>,
@@ -154,48 +153,48 @@ pub struct ReferenceFit {
     pub natural_frequency_hz: Quantity,
     /// Its decay rate, 1/s.
     pub decay_rate_per_s: Quantity,
-    /// Its points beside the fit.
+    /// Its points with their fitted values.
     #[cfg_attr(feature = "serde", serde(rename = "curve", serialize_with = "curve_columns::serialize"))]
     #[cfg_attr(feature = "schema", schemars(with = "curve_columns::Columns"))]
     pub points: Vec<CurvePoint>,
-    /// p value of sliding friction in the reference itself, `x_0` free: small means it is
-    /// not free of friction.
+    /// p value of no sliding friction in the reference itself, with `x_0` free; a small value means that the reference
+    /// is not free of friction.
     pub sliding_p_value: f64,
 }
 
-/// How well the model describes the data.
+/// Quality of the description of the data by the model.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Diagnostics {
     /// Points used.
     pub points: usize,
-    /// Points outside the band asked for.
+    /// Points outside the requested band.
     pub outside_band: usize,
-    /// Points left out because they lie far off every law (glitches).
+    /// Points left out because they are far from every law (glitches).
     pub left_out: usize,
-    /// Noise of one point (one quadrature) as estimated between neighbours, response unit.
+    /// Noise of one point (one quadrature) estimated from differences between neighbours, response unit.
     pub noise_rms: f64,
-    /// Losses that the reported model has not and the data do not exclude: the intervals count them. None
-    /// where they widen none of them by a tenth, or the model was asked for.
+    /// Losses absent from the reported model that the data do not exclude and that the intervals take into account.
+    /// `None` if they widen no interval by a tenth, or if a model was requested.
     pub counted_losses: Option<LossModel>,
-    /// Residual of the chosen model, response unit; by the paper's method that of the effective Lorentzian, as are
-    /// then the residuals of the points.
+    /// Root mean square of the residuals of the chosen model, response unit; with the method of the paper, of the
+    /// effective Lorentzian, to which the residuals of the points then refer as well.
     pub residual_rms: f64,
-    /// Noise of an amplitude over the amplitude, where the noise was found to grow with it: every point
-    /// then has its own standard error, and `noise_rms` and `residual_rms` are those of a typical
-    /// one. `None` where it is constant, or the errors of the points were given.
+    /// Ratio of the noise to the amplitude, if the noise was found to grow with the amplitude: every point then has its
+    /// own standard error, and `noise_rms` and `residual_rms` refer to a typical point. `None` if the noise is
+    /// constant, or if the errors of the points were given.
     pub proportional_noise: Option<f64>,
-    /// Factor on variances for autocorrelated residuals; 1 where they are white.
+    /// Variance inflation for autocorrelated residuals; 1 if they are white.
     pub residual_excess: f64,
-    /// First autocorrelation of the residuals along the frequency.
+    /// Lag-one autocorrelation of the residuals along the frequency.
     pub residual_autocorrelation: f64,
-    /// False where friction would be claimed by its p value, but explains less than what is left of the curve beyond the
-    /// noise, or that is a large part of the height: then nothing is said about friction.
+    /// False if friction would be detected by its p value but explains less than the residuals beyond the noise, or if
+    /// these are a large fraction of the height: then nothing is concluded about friction.
     pub law_holds: bool,
     /// Highest amplitude over the noise of one quadrature, dB.
     pub signal_to_noise_db: f64,
-    /// Span of the frequencies over the full width of the line at 1/√2 of its height.
+    /// Ratio of the frequency span to the full width of the line at 1/√2 of its height.
     pub line_widths: f64,
     /// Points within that width.
     pub points_in_line: usize,
@@ -204,8 +203,8 @@ pub struct Diagnostics {
 }
 
 impl Diagnostics {
-    /// Residual over the noise between neighbours: one where the model leaves no more than noise. Next to the least
-    /// noise there is, the largest number.
+    /// Ratio of the residuals to the noise between neighbours: one if the residuals are only noise. Limited to the
+    /// largest number for vanishing noise.
     #[must_use]
     pub fn residual_ratio(&self) -> f64 {
         (self.residual_rms / self.noise_rms.max(f64::MIN_POSITIVE)).min(f64::MAX)
@@ -226,7 +225,7 @@ columns! {
     }
 }
 
-/// Everything [`analyse`](super::analyse) found out.
+/// Complete result of [`analyse`](super::analyse).
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -234,15 +233,15 @@ columns! {
 pub struct Answer {
     /// The loss model reported.
     pub model: LossModel,
-    /// The simplest model that the data support: that of lowest BIC. Without a model asked for, the one
-    /// reported has viscous and sliding loss besides, at zero where the data want none, so that the
-    /// error of each counts what is not known of the other.
+    /// The simplest model that the data support: that of lowest BIC. Unless a model was requested, the reported one
+    /// also has viscous and sliding loss, at zero if the data do not require them, so that the standard error of each
+    /// accounts for the uncertainty of the other.
     pub preferred_model: LossModel,
     /// How the response was computed.
     pub method: Method,
-    /// Where the drive amplitude came from.
+    /// Source of the drive amplitude.
     pub drive_source: DriveSource,
-    /// Parameters by name, in the order they should be read.
+    /// Parameters by name, in reading order.
     pub parameters: Parameters,
     /// All models, best first.
     pub comparison: Vec<Candidate>,
@@ -254,10 +253,10 @@ pub struct Answer {
     pub correlations: Vec<Correlation>,
     /// Instrument terms.
     pub instrument: Instrument,
-    /// Mean of the drive column, in its unit: the drive amplitude given or found is the one there.
-    /// `None` without such a column.
+    /// Mean of the drive column, in its unit; the drive amplitude, given or fitted, refers to this mean. `None` without
+    /// such a column.
     pub mean_drive: Option<f64>,
-    /// The points used beside the fit, by rising frequency.
+    /// The points used with their fitted values, in order of increasing frequency.
     #[cfg_attr(feature = "serde", serde(rename = "curve", serialize_with = "curve_columns::serialize"))]
     #[cfg_attr(feature = "schema", schemars(with = "curve_columns::Columns"))]
     pub points: Vec<CurvePoint>,
@@ -265,30 +264,30 @@ pub struct Answer {
     #[cfg_attr(feature = "serde", serde(serialize_with = "force_columns::serialize"))]
     #[cfg_attr(feature = "schema", schemars(with = "force_columns::Columns"))]
     pub force: Vec<ForcePoint>,
-    /// The line through it.
+    /// The line through the force balance.
     pub force_line: Option<ForceLine>,
-    /// The paper's way; `None` where its Lorentzian finds no peak.
+    /// Result of the method of the paper; `None` if its Lorentzian finds no peak.
     pub paper: Option<PaperEstimate>,
     /// The reference curve, if one was given.
     pub reference: Option<ReferenceFit>,
-    /// Quality of the description.
+    /// Quality of the fit.
     pub diagnostics: Diagnostics,
-    /// What limits the answer.
+    /// What limits the validity of the answer.
     pub warnings: Vec<Warning>,
     /// Unit of the response.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub unit: String,
-    /// The fitted curve, to be evaluated at any frequency.
+    /// The fitted curve, which can be evaluated at any frequency.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub fit: FittedCurve,
-    /// Standard errors of the parameters given the terms of the instrument, which belong to the
-    /// correlations; the errors reported count the choice of the terms besides.
+    /// Standard errors of the parameters for fixed terms of the instrument, which correspond to the correlations; the
+    /// reported errors also account for the choice of the terms.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub(crate) given_terms: Vec<(Parameter, f64)>,
 }
 
 impl Answer {
-    /// The standard error of a parameter given the terms of the instrument.
+    /// The standard error of a parameter for fixed terms of the instrument.
     pub(crate) fn error_given_terms(&self, parameter: Parameter) -> Option<f64> {
         let found = self.given_terms.iter().find(|(known, _)| *known == parameter);
         found.map(|(_, error)| *error).or_else(|| self.parameter(parameter).map(|q| q.std_error))

@@ -1,4 +1,4 @@
-//! From fits to the answer a person reads.
+//! Assembles the answer from the fits.
 
 use super::averaged::{self};
 use super::block::Block;
@@ -38,7 +38,7 @@ pub(super) fn answer(
         })?,
         None => comparison.reported().unwrap_or(preferred),
     };
-    // Where even the models within it have no fit inside the limits, the points are no resonance.
+    // If even the models within it have no fit inside the limits, the points are not a resonance.
     if chosen.model.terms().any(|term| chosen.bounded.parameters[slot(term)] < 0.0) {
         return Err(Error::NoFit {
             reason: "only a negative loss describes the curve: it may not be an amplitude, or the motion \
@@ -68,7 +68,7 @@ pub(super) fn answer(
     let sigma = comparison.noise.residual_variance(&chosen.bounded).sqrt();
     let (force, force_line) = force::balance(&problem, p, sigma, used.unit(), &criteria.force);
     let mut points = match &d.all {
-        // Every point beside the fit, of which the groups' means were part.
+        // Every point with its fitted value; the fit used the means of groups.
         Some(all) => {
             let group = (all.len() as f64 / problem.main.len() as f64).max(1.0);
             let mut everyone = problem.clone();
@@ -125,7 +125,7 @@ pub(super) fn answer(
     Ok(answer)
 }
 
-/// The Lorentzian that the paper's inversion starts from, where that is asked for.
+/// The Lorentzian from which the inversion of the paper starts, if this method was requested.
 fn papers_lorentzian(d: &FittedModels, criteria: &Criteria) -> Result<Option<Lorentzian>, Error> {
     if d.method() != Method::Paper {
         return Ok(None);
@@ -142,8 +142,8 @@ fn with_no_friction(p: &[f64]) -> Vec<f64> {
     free
 }
 
-/// Puts another curve beside points, of which it describes the amplitudes alone; `noise` is the scatter about it over that
-/// about the curve before.
+/// Describes points by another curve, which represents their amplitudes alone; `noise` is the ratio of the scatter
+/// about this curve to that about the previous one.
 fn describe_by(fit: &FittedCurve, noise: f64, points: &mut [CurvePoint]) {
     for point in points {
         let value = fit.response_at(point.frequency_hz, point.drive);
@@ -154,15 +154,15 @@ fn describe_by(fit: &FittedCurve, noise: f64, points: &mut [CurvePoint]) {
     }
 }
 
-/// The evidence for sliding friction, other terms of the instrument counted. Where the losses reported
-/// have it, it is not surer than beside those; where they have none of it, it is not seen. And whether the law holds on
-/// which that evidence rests.
+/// The evidence for sliding friction, with other instrument terms taken into account. If the reported losses include
+/// friction, its p value is at least that in addition to these losses; if its coefficient is zero, it is not detected.
+/// Also returns whether the law on which the evidence is based is valid.
 fn evidence(d: &FittedModels, chosen: &ModelFit, shares: [f64; 2]) -> (SlidingEvidence, bool) {
     let found = sliding_evidence(&d.comparison, chosen, shares);
     let own = d.comparison.sliding_beside(chosen).map_or(found.p_value, |p| p.max(found.p_value));
     let none = chosen.model.has(LossTerm::Sliding) && !(chosen.bounded.parameters[X_F] > 0.0);
     let p_value = if none { 1.0 } else { averaged::sliding_p_value(d, own) };
-    // Beside a further loss no viscous one at all is improbable: friction that takes its place needs to be surer.
+    // With a further loss a vanishing viscous loss is improbable: friction that replaces it requires stronger evidence.
     let further = !chosen.model.is_within(LossModel::VISCOUS_SLIDING);
     let takes_its_place = further && !none && !(chosen.bounded.parameters[DELTA] > 0.0);
     let penalty = if takes_its_place { d.comparison.criteria.no_viscous_penalty } else { 0.0 };
@@ -171,7 +171,7 @@ fn evidence(d: &FittedModels, chosen: &ModelFit, shares: [f64; 2]) -> (SlidingEv
     (SlidingEvidence { p_value, detected: significant && law_holds, ..found }, law_holds)
 }
 
-/// The first run's points, where there are runs up and down.
+/// The points of the first run, if there are runs up and down.
 fn guide(used: &Curve, problem: &Problem, p: &[f64], least: usize) -> Vec<[f64; 2]> {
     let has = |direction| used.runs().iter().any(|r| r.direction == direction && r.points >= least);
     let Some(run) = used.runs().iter().find(|r| r.points >= least) else { return Vec::new() };
@@ -188,7 +188,7 @@ fn guide(used: &Curve, problem: &Problem, p: &[f64], least: usize) -> Vec<[f64; 
         .collect()
 }
 
-/// Sliding over all loss of a cycle at an amplitude.
+/// Share of sliding friction in the loss per cycle at an amplitude.
 fn sliding_share(problem: &Problem, p: &[f64], amplitude: f64) -> f64 {
     let omega_0 = problem.centre + p[OMEGA];
     // Losses as forces over the stiffness: 4 x_F/pi, 2 delta A/omega_0, 2 a2 A²/omega_0 ...
@@ -208,7 +208,7 @@ fn amplitudes(problem: &Problem, p: &[f64]) -> (f64, f64) {
         .fold((f64::INFINITY, 0.0), |(l, h), a| (l.min(a), h.max(a)))
 }
 
-/// Root mean square of what a model leaves, response unit.
+/// Root mean square of the residuals of a model, response unit.
 fn rms(d: &FittedModels, fit: &ModelFit) -> f64 {
     let problem = d.problem_of(fit);
     let left = problem.residuals(&fit.bounded.parameters).into_iter().zip(&problem.main.weight);
@@ -216,7 +216,7 @@ fn rms(d: &FittedModels, fit: &ModelFit) -> f64 {
     (sum / problem.main.observations().max(1.0)).sqrt()
 }
 
-/// Where each parameter stands in a fit.
+/// Slots of the parameters in a fit.
 fn named(comparison: &ModelComparison) -> Vec<(usize, Parameter)> {
     let loss = |term: LossTerm| (slot(term), Parameter::Loss(term));
     let mut list = vec![(OMEGA, Parameter::NaturalFrequency)];
@@ -264,7 +264,7 @@ fn instrument(d: &FittedModels, chosen: &ModelFit) -> Instrument {
     }
 }
 
-/// The root of a quantity; zero where that is below zero.
+/// The square root of a quantity; zero if the quantity is negative.
 fn root(square: Quantity) -> Quantity {
     let of = |v: f64| v.max(0.0).sqrt();
     let [low, high] = square.interval_95.map(of);
@@ -294,7 +294,7 @@ fn points(problem: &Problem, p: &[f64], reference: bool, sigma: f64) -> Vec<Curv
                 _ => size,
             };
             let apart = if b.complex {
-                // Along and across the fitted phase.
+                // Along and perpendicular to the fitted phase.
                 (b.data[i] - value) * value.conj() / size
             } else {
                 crate::motion::steady::Phasor::new(b.data[i].re - fitted_amplitude, 0.0)

@@ -1,4 +1,4 @@
-//! Intervals that count the choice of terms beside the losses: the instrument's, and a Duffing term.
+//! Intervals that account for the choice of terms apart from the losses: instrument terms, and a Duffing term.
 
 use super::alternatives::{Alternative, Kind, OtherFit};
 use super::criteria::Criteria;
@@ -13,14 +13,15 @@ use crate::inference::noise::NoiseModel;
 use statrs::function::erf::erfc;
 use std::f64::consts::SQRT_2;
 
-/// Value and standard error of a function of the oscillator's parameters by a fit, Student's factor in it.
+/// Value and standard error, including the factor of Student's t, of a function of the oscillator's parameters in a
+/// fit.
 pub(super) fn estimate(fit: &OtherFit, noise: NoiseModel, of: &dyn Fn(&[f64]) -> f64) -> [f64; 2] {
     let p = &fit.bounded.parameters;
     let std_error = (variance_of(&fit.unbounded, p, of) * noise.variance(&fit.bounded)).sqrt();
     [of(p), std_error * noise.student_factor(&fit.unbounded)]
 }
 
-/// By first-order propagation, over the variance of one observation; slopes at `p`.
+/// Variance by first-order propagation, over the variance of one observation; derivatives at `p`.
 fn variance_of(fit: &Fit, p: &[f64], of: &dyn Fn(&[f64]) -> f64) -> f64 {
     let slopes: Vec<(usize, f64)> = fit
         .free
@@ -28,7 +29,7 @@ fn variance_of(fit: &Fit, p: &[f64], of: &dyn Fn(&[f64]) -> f64) -> f64 {
         .filter(|&&k| [OMEGA, DELTA, X_0, X_F].contains(&k))
         .map(|&k| {
             let error = fit.unit_std(k).max(1e-9 * p[k].abs());
-            // No loss below zero; a shift of the frequency has no such side.
+            // The step must not make a loss negative; a shift of the frequency has no such limit.
             let step = 1e-4 * if k == OMEGA { error } else { error.min(p[k].abs().max(1e-12)) };
             let (mut up, mut down) = (p.to_vec(), p.to_vec());
             (up[k], down[k]) = (p[k] + step, p[k] - step);
@@ -44,8 +45,8 @@ fn variance_of(fit: &Fit, p: &[f64], of: &dyn Fn(&[f64]) -> f64) -> f64 {
     square.max(0.0)
 }
 
-/// The interval stretched over those of all minima that explain the data as well, by what other terms beside
-/// the losses would give, each by its `weight`, and by losses that the model has not (`absent`).
+/// Widens the interval to contain those of all minima that explain the data equally well, and to account for other
+/// terms apart from the losses, each with its `weight`, and for losses absent from the model (`absent`).
 pub(super) fn stretched(
     d: &FittedModels,
     mut q: Quantity,
@@ -69,7 +70,7 @@ pub(super) fn stretched(
     let absence = absent.iter().map(|a| a.weight).sum::<f64>().min(1.0);
     let of_kind = |kind: Kind| d.alternatives.iter().filter(move |a| a.kind == kind).map(weight).sum::<f64>();
     let others = |a: &Alternative, share: f64| {
-        // Other terms and a loss that is absent are rivals, weighed each against the fit reported alone.
+        // Other terms and an absent loss are rivals; each was weighted against the reported fit alone.
         let rest = match a.kind {
             Kind::Noise => 1.0,
             kind => rest_beside(absence, of_kind(kind)),
@@ -89,14 +90,14 @@ pub(super) fn stretched(
     q
 }
 
-/// What a loss that is absent leaves of the weight of other terms, which alone would have `terms` of one: of odds `a` for
-/// the loss and `t` for the terms `t/(1 + a + t)` over `t/(1 + t)`.
+/// Factor by which an absent loss reduces the weight of other terms, which alone would have the probability `terms`:
+/// with odds `a` for the loss and `t` for the terms, `t/(1 + a + t)` over `t/(1 + t)`.
 fn rest_beside(absence: f64, terms: f64) -> f64 {
     (1.0 - absence) / (1.0 - absence * terms).max(f64::MIN_POSITIVE)
 }
 
-/// p value of sliding friction with the other fits counted: the mean of what each says; it is not surer than by any of
-/// the minima that explain the data as well, over which the interval is stretched.
+/// p value of sliding friction averaged over the other fits; not smaller than the p value at any of the minima that
+/// explain the data equally well, over which the interval is widened.
 pub(super) fn sliding_p_value(d: &FittedModels, own: f64) -> f64 {
     let noise = d.comparison.noise;
     let by = |fit: &Fit| {
@@ -106,7 +107,7 @@ pub(super) fn sliding_p_value(d: &FittedModels, own: f64) -> f64 {
     let several = d.minima.iter().filter(|_| d.minima.len() > 1);
     let own = several.map(by).fold(own, f64::max);
     let of = |a: &Alternative| a.weight * by(&a.fit.unbounded);
-    // Weights of several kinds may sum to more than one.
+    // Weights of different kinds may sum to more than one.
     let mean = |own: f64, noise: bool| {
         let list = || d.alternatives.iter().filter(|a| (a.kind == Kind::Noise) == noise);
         let sum: f64 = list().map(|a| a.weight).sum();
@@ -117,7 +118,7 @@ pub(super) fn sliding_p_value(d: &FittedModels, own: f64) -> f64 {
     gain.map_or(same_gain, |a| (1.0 - a.weight) * same_gain + of(a))
 }
 
-/// Whether a fit gives a loss other than that of the fit chosen, by more than its errors.
+/// Whether a fit gives a loss that differs from that of the chosen fit by more than its errors.
 pub(super) fn moves_a_loss(
     d: &FittedModels,
     a: &Alternative,
@@ -130,8 +131,8 @@ pub(super) fn moves_a_loss(
     })
 }
 
-/// Other terms beside the losses that explain the curve as well as those reported, and move the
-/// losses: their fit, the difference of BIC, and the friction displacement with them.
+/// Other terms apart from the losses that explain the curve as well as the reported ones and change the losses: their
+/// fit, the difference of BIC, and the friction displacement with them.
 pub(super) fn rival<'a>(
     d: &'a FittedModels,
     chosen: &ModelFit,
@@ -150,7 +151,7 @@ pub(super) fn rival<'a>(
 mod tests {
     use super::rest_beside;
 
-    /// Odds of 10 for a loss that is absent, 4 for other terms.
+    /// Odds of 10 for an absent loss, 4 for other terms.
     #[test]
     fn rivals_are_each_weighed_against_the_fit_reported() {
         let (absence, terms) = (10.0 / 11.0, 4.0 / 5.0);

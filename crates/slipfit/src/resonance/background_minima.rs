@@ -1,5 +1,5 @@
-//! Minima with a background under amplitudes: it may lie on either side of the peak, and much of it
-//! looks like friction.
+//! Minima with a background in amplitudes: the background may lie on either side of the peak, and much of it looks like
+//! friction.
 
 use super::criteria::{SearchCriteria, TermCriteria};
 use super::hypothesis_fit::HypothesisFit;
@@ -13,14 +13,14 @@ use crate::inference::least_squares::{Fit, LeastSquares, by_rss, minimise, minim
 use crate::motion::steady::Phasor;
 use std::f64::consts::FRAC_PI_4;
 
-/// Backgrounds tried, over the height of the peak; each at eight angles.
+/// Magnitudes of the backgrounds tried, over the height of the peak; each at eight angles.
 const SIZES: [f64; 3] = [0.04, 0.2, 0.6];
-/// Starts that are followed for each of them.
+/// Number of starts followed for each of them.
 const TRIES: usize = 2;
 
 impl HypothesisFit<'_> {
-    /// Every minimum of `problem` with a background, from `fit` without one and from backgrounds all round,
-    /// the best first.
+    /// All minima of `problem` with a background, started from `fit` without one and from backgrounds in all
+    /// directions, the best first.
     pub(super) fn background_minima(&self, problem: &Problem, fit: &Fit, free: &[usize]) -> Vec<Fit> {
         let criteria = self.criteria;
         let c = &criteria.terms;
@@ -41,7 +41,7 @@ impl HypothesisFit<'_> {
         }
         let near = minima.first().cloned();
         by_rss(&mut minima);
-        // Where the best leaves more than noise, a far one may only make up for what the law lacks.
+        // If the best fit leaves more than noise, a distant minimum may only compensate for a deficiency of the law.
         let correlated = |m: &Fit| autocorrelation(problem, m, &criteria.residuals).variance_inflation > 1.0;
         if minima.first().is_some_and(correlated) {
             return near.into_iter().collect();
@@ -51,8 +51,8 @@ impl HypothesisFit<'_> {
     }
 }
 
-/// The oscillator that fits best at each background, by viscous and sliding loss alone and with the Duffing
-/// term of `fit`: other terms move the minimum hardly, and each of their points takes several steps.
+/// The oscillator that fits best at each background, with viscous and sliding loss only and with the Duffing term of
+/// `fit`: other terms hardly shift the minimum, and each of their evaluations requires several steps.
 fn oscillators_at_backgrounds(
     problem: &Problem,
     fit: &Fit,
@@ -64,7 +64,7 @@ fn oscillators_at_backgrounds(
     let moved: Vec<usize> = free.iter().copied().filter(|k| !held(k)).collect();
     let mut used = moved.clone();
     if problem.reference.is_some() {
-        // The derivatives by its background come with those by the curve's own.
+        // The derivatives with respect to its background are computed together with those for the curve.
         used.extend([BG_RE, BG_IM]);
     }
     used.extend((fit.parameters[DUFFING] != 0.0).then_some(DUFFING));
@@ -93,7 +93,8 @@ fn oscillators_at_backgrounds(
     backgrounds.filter_map(at).collect()
 }
 
-/// Where these lead, each minimum once; no loss below zero by more than its errors but from the first.
+/// The minima reached from these starts, each once. Except for the first, no loss may be negative by more than its
+/// errors.
 pub(super) fn distinct(
     problem: &Problem,
     from: Vec<Vec<f64>>,
@@ -106,7 +107,7 @@ pub(super) fn distinct(
         let Some(f) = minimise(problem, &p, free) else { continue };
         let error = |fit: &Fit, k: usize, rss: f64| fit.unit_std(k) * (rss / problem.observations()).sqrt();
         let apart = |m: &Fit| {
-            // A fit that ended nowhere has errors as large as its residuals.
+            // A fit that did not converge to a minimum has errors as large as its residuals.
             let rss = m.rss.min(f.rss);
             [X_F, BG_RE, BG_IM].into_iter().any(|k| {
                 let least = c.distinct_errors * error(m, k, rss).max(1e-9 * peak.height);
@@ -154,7 +155,7 @@ mod tests {
         Curve::builder(hz, amplitude).build().unwrap()
     }
 
-    /// By noise half of the best fits have a friction just below zero: they are minima like the others.
+    /// Because of noise half of the best fits have a slightly negative friction; they are minima like the others.
     #[test]
     fn no_lower_minimum_is_near_the_truth() {
         let (options, criteria) = (Options::default(), Criteria::default());
@@ -176,11 +177,11 @@ mod tests {
                 let near = bounded(&minimise(&problem, &truth, &free).unwrap());
                 let others = fit.others.iter().map(|other| &other.unbounded).chain(&fit.minima);
                 let found = others.chain([&fit.fit]).filter(|fit| fit.free == free).map(bounded);
-                // In a valley that is flat within the noise either end is the minimum.
+                // In a valley that is flat within the noise both ends count as the minimum.
                 found.fold(f64::INFINITY, f64::min) > near * (1.0 + 1.0 / problem.observations())
             })
             .collect();
-        // Where a friction below zero is none, six are.
+        // If minima with negative friction are excluded, six are missed.
         assert!(missed.len() <= 2, "of seeds {missed:?}");
     }
 }

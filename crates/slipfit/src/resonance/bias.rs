@@ -6,15 +6,15 @@ use super::response::{COUNT, X_0};
 use crate::inference::least_squares::{Fit, LeastSquares, Normal, newton_step};
 use crate::motion::steady::Phasor;
 
-/// Correction of the bias of every parameter, to second order in the noise (M. J. Box, J. R.
-/// Stat. Soc. B 33, 171, 1971):
+/// Correction of the bias of all parameters, to second order in the noise (M. J. Box, J. R. Stat. Soc. B 33, 171,
+/// 1971):
 ///
 /// ```text
 /// -bias = C Jᵀ d/2,   d_i = tr(C H_i),   C = variance (JᵀJ)⁻¹
 /// ```
 ///
-/// with `H_i` the second derivatives of the model at point `i`, here second differences over one
-/// standard error along each axis of `C`. `None` where the model has no value there.
+/// with `H_i` the second derivatives of the model at point `i`, computed here as second differences over one standard
+/// error along each axis of `C`. `None` if the model does not exist at one of these points.
 pub(super) fn correction(problem: &Problem, fit: &Fit, variance: f64) -> Option<Vec<f64>> {
     let free = &fit.free;
     if !free.iter().map(|&k| fit.unit_std(k)).all(|s| s.is_finite() && s > 0.0) {
@@ -54,7 +54,7 @@ pub(super) fn correction(problem: &Problem, fit: &Fit, variance: f64) -> Option<
     Some(all)
 }
 
-/// The problem whose data are what the model reads, without residuals.
+/// The problem with the data replaced by the model, i.e. without residuals.
 pub(super) fn centred(problem: &Problem, p: &[f64]) -> Option<Problem> {
     let mut centred = problem.clone();
     centred.main.data = read(problem, &problem.main, p, false)?;
@@ -89,7 +89,7 @@ mod tests {
     use crate::noise::jitter;
     use std::f64::consts::TAU;
 
-    /// Errors of `delta`, as fitted and corrected, over the noise.
+    /// Errors of `delta`, as fitted and after the correction, over the noise.
     fn errors(noise: f64, seed: u64) -> Option<[f64; 2]> {
         let (delta, x_f) = (TAU / 100.0, 0.7);
         let hz: Vec<f64> = (0..81).map(|i| 1.0 + 0.001 * f64::from(i - 40)).collect();
@@ -111,8 +111,8 @@ mod tests {
         Some([error / noise, (error + by[DELTA]) / noise])
     }
 
-    /// The same noise a hundred times smaller has next to no second order: what is left of the
-    /// mean beside it is bias.
+    /// The same noise scaled down by a hundred has negligible second-order effects: the difference of the means is the
+    /// bias.
     #[test]
     fn the_bias_of_a_vague_curve_is_corrected() {
         let pairs: Vec<_> = (0..400).filter_map(|s| Some((errors(0.2, s)?, errors(0.002, s)?))).collect();

@@ -1,4 +1,4 @@
-//! Points of one curve by rising frequency, with their weights.
+//! Points of one curve in order of increasing frequency, with their weights.
 
 use super::response::Modelled;
 use super::work::Work;
@@ -7,28 +7,28 @@ use crate::motion::steady::Phasor;
 use crate::numeric::order::ascending;
 use std::f64::consts::TAU;
 
-/// Points of a curve by rising frequency.
+/// Points of a curve in order of increasing frequency.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Block {
     pub(crate) omega: Vec<f64>,
-    /// Real when there is no phase.
+    /// Real if there is no phase.
     pub(crate) data: Vec<Phasor>,
     pub(crate) complex: bool,
-    /// Phases came beside the amplitudes, not as real and imaginary parts.
+    /// Whether phases were measured separately from the amplitudes, not as real and imaginary parts.
     pub(crate) separate_phase: bool,
-    /// One over the variance of a point (of a quadrature), in units of the block's own.
+    /// Inverse variance of a point (of a quadrature), relative to the variance of the block.
     pub(crate) precision: Vec<f64>,
-    /// What the sums use: precision, zero for points left out, corrected for Rice's noise.
+    /// Weight in the sums: precision, zero for points left out, corrected for Rice noise.
     pub(crate) weight: Vec<f64>,
-    /// Drive level over its mean.
+    /// Drive level relative to its mean.
     pub(crate) drive: Vec<f64>,
-    /// Place in the order of measurement.
+    /// Index in the order of measurement.
     pub(crate) index: Vec<usize>,
-    /// Variance of a quadrature at precision 1, for amplitudes; zero: none assumed.
+    /// Variance of a quadrature at precision 1, for amplitudes with Rice noise; zero if none is assumed.
     pub(crate) rice: f64,
-    /// Variance of a quadrature at precision 1 that is the rounding of frequencies and responses.
+    /// Variance of a quadrature at precision 1 due to the rounding of frequencies and responses.
     pub(super) rounding_variance: f64,
-    /// What fits of this curve may still cost.
+    /// Remaining work for fits of this curve.
     pub(crate) work: Work,
 }
 
@@ -75,7 +75,7 @@ impl Block {
         self.omega.len()
     }
 
-    /// Means of `size` neighbours; what is lost is the curvature within a group.
+    /// Means of `size` neighbours; the curvature within a group is lost.
     pub(crate) fn grouped(&self, size: usize) -> Self {
         let n = self.len().div_ceil(size);
         let groups = (0..n).map(|g| g * size..((g + 1) * size).min(self.len()));
@@ -102,13 +102,13 @@ impl Block {
         out
     }
 
-    /// Numbers measured at points in use.
+    /// Number of measured values at the points in use.
     pub(crate) fn observations(&self) -> f64 {
         let points = self.weight.iter().filter(|w| **w > 0.0).count() as f64;
         if self.complex { 2.0 * points } else { points }
     }
 
-    /// The part of the weighted sum of squares that is rounding.
+    /// The part of the weighted sum of squares due to rounding.
     pub(crate) fn rounding(&self) -> f64 {
         let quadratures = if self.complex { 2.0 } else { 1.0 };
         self.rounding_variance * quadratures * self.weight.iter().sum::<f64>()
@@ -128,7 +128,7 @@ impl Block {
             return self.data[i].re;
         }
         let square = self.data[i].norm_sqr();
-        // Cheaper than the way that no square overflows.
+        // Faster than the formula that avoids overflow of the square.
         if square > 1e-280 && square < 1e280 { square.sqrt() } else { self.data[i].norm() }
     }
 
@@ -147,7 +147,7 @@ impl Block {
         all
     }
 
-    /// All amplitudes at the mean drive, were the response in proportion to it.
+    /// All amplitudes scaled to the mean drive, as if the response were proportional to the drive.
     pub(crate) fn levels(&self) -> Vec<f64> {
         let mut all = self.amplitudes();
         all.iter_mut().zip(&self.drive).for_each(|(a, drive)| *a /= drive);
@@ -175,7 +175,7 @@ impl Block {
         Self { data, complex: false, weight: self.precision.clone(), ..self.clone() }
     }
 
-    /// The same points with the phases of `e^(-i omega t)`.
+    /// The same points with the phase convention `e^(-i omega t)`.
     pub(crate) fn conjugated(&self) -> Self {
         Self { data: self.data.iter().map(Phasor::conj).collect(), ..self.clone() }
     }
@@ -198,12 +198,12 @@ impl Block {
         }
     }
 
-    /// Measured at point `i` less modelled: the complex difference, or that of amplitudes.
+    /// Measured minus modelled value at point `i`: the complex difference, or that of amplitudes.
     pub(crate) fn residual(&self, i: usize, model: &Modelled) -> Phasor {
         self.data[i] - self.reading(i, model)
     }
 
-    /// What the model says is read at point `i`, real when there is no phase.
+    /// Reading at point `i` according to the model, real if there is no phase.
     pub(crate) fn reading(&self, i: usize, model: &Modelled) -> Phasor {
         if self.complex { model.value } else { Phasor::new(self.read(model.size(), i) + model.offset, 0.0) }
     }
@@ -212,8 +212,8 @@ impl Block {
         (0..self.len()).map(|i| self.amplitude(i)).fold(0.0, f64::max)
     }
 
-    /// Square of what an amplitude of size `m` reads on average under noise in both
-    /// quadratures, over the variance `v` of one, less `m²/v`: Rice's mean to 0.1 %.
+    /// Square of the mean reading of an amplitude of size `m` with noise in both quadratures, over the variance `v` of
+    /// one quadrature, minus `m²/v`: the mean of the Rice distribution to 0.1 %.
     #[inline(always)]
     fn rice_excess(&self, m_squared: f64, v: f64) -> f64 {
         let a = m_squared / v;
@@ -226,14 +226,14 @@ impl Block {
         self.rice / self.precision[i]
     }
 
-    /// What is read where the true amplitude is `m`.
+    /// Mean reading for a true amplitude `m`.
     #[inline(always)]
     pub(crate) fn read(&self, m: f64, i: usize) -> f64 {
         let v = self.rice_at(i);
         if v > 0.0 { (m * m + v * self.rice_excess(m * m, v)).sqrt() } else { m }
     }
 
-    /// Weight that goes with it: the variance falls where the amplitude drowns.
+    /// The corresponding weight: the variance decreases where the amplitude is below the noise.
     pub(crate) fn rice_weight(&self, m: f64, i: usize) -> f64 {
         let v = self.rice_at(i);
         let share = if v > 0.0 { 2.0 - self.rice_excess(m * m, v) } else { 1.0 };
@@ -241,8 +241,8 @@ impl Block {
     }
 }
 
-/// Rounding of a response computed at rounded frequencies, over the highest: a response turns within the width of its
-/// line, of which the points show a few.
+/// Relative rounding error, with respect to the highest amplitude, of a response computed at rounded frequencies: a
+/// response varies within the width of its line, a few of which are covered by the points.
 fn relative_rounding(frequency_hz: &[f64], ascending: &[usize]) -> f64 {
     const ROUNDINGS: f64 = 16.0;
     let [first, last] = [ascending.first(), ascending.last()].map(|i| i.map_or(0.0, |&i| frequency_hz[i]));

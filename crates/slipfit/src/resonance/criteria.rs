@@ -1,13 +1,13 @@
-//! Every threshold that decides something in the analysis of a resonance curve.
+//! Decision thresholds of the analysis of a resonance curve.
 
 use crate::answer::ReportCriteria;
 use crate::inference::criteria::{InferenceCriteria, criteria, criteria_groups};
 
-/// Points in one direction of the frequency that make a run.
+/// Number of points in one direction of the frequency that form a run.
 pub(super) const RUN_POINTS: usize = 5;
 
 criteria_groups! {
-    /// The thresholds of [`analyse_with`](super::analyse_with), by the step that they decide.
+    /// The thresholds of [`analyse_with`](super::analyse_with), by the step to which they apply.
     ///
     /// ```
     /// let mut criteria = slipfit::resonance::Criteria::default();
@@ -25,13 +25,13 @@ criteria_groups! {
         peak: PeakCriteria,
         /// Start values of background and delay.
         instrument: InstrumentCriteria,
-        /// The minimum among many start values.
+        /// Search of the minimum from many start values.
         search: SearchCriteria,
         /// Residuals of a fit.
         residuals: ResidualCriteria,
         /// Noise that grows with the amplitude.
         noise: NoiseCriteria,
-        /// Columns beside the response.
+        /// Columns in addition to the response.
         columns: ColumnCriteria,
         /// The friction-free reference.
         reference: ReferenceCriteria,
@@ -43,11 +43,11 @@ criteria_groups! {
         models: LossModelCriteria,
         /// The force balance without a model.
         force: ForceCriteria,
-        /// Points that lag behind the frequency.
+        /// Lag of the points behind the frequency.
         lag: LagCriteria,
         /// The answer and its warnings.
         answer: AnswerCriteria,
-        /// What is reported of the models compared.
+        /// Report on the models compared.
         report: ReportCriteria,
     }
 }
@@ -55,19 +55,19 @@ criteria_groups! {
 criteria! {
     /// Points before any fit.
     pub struct PreparationCriteria in "preparation" {
-        /// Points without which no curve is fitted.
+        /// Number of points required for a fit.
         least_points: usize = 4, source "one more than frequency, loss and height",
             moves "refusals";
-        /// Points from which on a curve may be fitted by means of neighbours.
+        /// Number of points from which a curve may be fitted by means of neighbours.
         dense_points: usize = 1000, source "chosen by simulation", moves "time of analysis";
-        /// Most width of such a group, over the half width of the peak.
+        /// Maximum width of such a group, over the half width of the peak.
         group_width: f64 = 0.03, source "curvature lost is below a thousandth of the height",
             moves "bias of dense curves";
-        /// Standard errors by which the curvature lost in such groups moves a parameter at most before it is taken out
-        /// of their means.
+        /// Largest change of a parameter, in standard errors, due to the curvature lost in such groups, above which the
+        /// means are corrected for it.
         group_errors: f64 = 0.1, source "adds half a per cent to the root mean square error",
             moves "bias of dense curves";
-        /// Times that it is.
+        /// Maximum number of such corrections.
         group_rounds: usize = 4, source "of curves without noise two or three lead to rounding",
             moves "bias of dense curves without noise";
     }
@@ -77,28 +77,28 @@ criteria! {
     /// Peaks and jumps before any model.
     pub struct PeakCriteria in "peak" {
         /// p value below which a resonance describes the points better than a straight line by more than chance,
-        /// once for each place of such a peak.
+        /// multiplied by the number of possible positions of such a peak.
         chance: f64 = 1e-3, source "of 3600 curves of noise or a slope, 21 to 101 points, none is answered by it",
             moves "refusals";
-        /// Deviations of the noise by which the farthest point lies from the mean of all where there is a peak
-        /// that the p value does not show.
+        /// Distance of the farthest point from the mean of all, in standard deviations of the noise, above which there
+        /// is a peak even if the p value does not show it.
         above_noise: f64 = 6.0, source "of some hundred normal numbers hardly one lies so far",
             moves "refusals";
-        /// Part of the mean by which the farthest point lies from it, in a curve without noise.
+        /// Distance of the farthest point from the mean, as a fraction of the mean, for a curve without noise.
         above_mean: f64 = 1e-6, source "chosen by simulation", moves "refusals";
-        /// Deviations of the noise that a second peak rises above the saddle.
+        /// Rise of a second peak above the saddle, in standard deviations of the noise.
         second_above_noise: f64 = 8.0, source "chosen by simulation", moves "warnings of second peaks";
         /// Rise of a second peak above the saddle over the height of the main peak.
         second_of_height: f64 = 0.08, source "chosen by simulation", moves "warnings of second peaks";
         /// Rise of a second peak above the saddle over its own height.
         second_of_own: f64 = 0.25, source "chosen by simulation", moves "warnings of second peaks";
-        /// Part of the rise that a neighbour of the second peak must share.
+        /// Fraction of the rise that a neighbour of the second peak must share.
         second_neighbour: f64 = 0.4, source "chosen by simulation", moves "warnings of second peaks";
         /// Step between neighbours over the height of the peak that counts as a jump.
         jump_of_height: f64 = 0.35, source "chosen by simulation", moves "warnings of jumps";
-        /// Step between neighbours in deviations of the noise that counts as a jump.
+        /// Step between neighbours, in standard deviations of the noise, that counts as a jump.
         jump_above_noise: f64 = 8.0, source "chosen by simulation", moves "warnings of jumps";
-        /// Slope of a jump over the steepest of the other flank.
+        /// Ratio of the slope of a jump to the steepest slope of the other flank.
         jump_steepness: f64 = 3.0, source "chosen by simulation", moves "warnings of jumps";
     }
 }
@@ -106,67 +106,68 @@ criteria! {
 criteria! {
     /// Start values of background and delay.
     pub struct InstrumentCriteria in "instrument" {
-        /// Points from which on a straight baseline is looked for.
+        /// Number of points from which a straight baseline is tried.
         baseline_points: usize = 20, source "chosen by simulation", moves "start values";
-        /// One in so many points at either end gives the baseline.
+        /// The fraction of points at either end that determines the baseline is one over this number.
         baseline_part: usize = 50, source "chosen by simulation", moves "start values";
-        /// Deviations of the noise by which a peak stands above its baseline.
+        /// Height of a peak above its baseline, in standard deviations of the noise.
         baseline_above_noise: f64 = 12.0, source "chosen by simulation", moves "start values";
-        /// Points from which on a pole with background and delay is looked for.
+        /// Number of points from which a pole with background and delay is tried.
         pole_points: usize = 10, source "chosen by simulation", moves "start values";
-        /// Longest delay tried, in quarters of a turn across the sweep either way.
+        /// Longest delay tried, in quarters of a turn across the sweep, for both signs.
         most_quarters: usize = 40, source "ten turns across a sweep", moves "delays found";
-        /// Sum of squares of a pole with a delay over one without, at which they count as equal.
+        /// Ratio of the sum of squares of a pole with a delay to that of one without at which they count as equal.
         delay_penalty: f64 = 1.1, source "chosen by simulation", moves "delays found";
-        /// Start values that are worth a fit.
+        /// Maximum number of start values that are fitted.
         most_starts: usize = 4, source "chosen by simulation", moves "time of analysis";
-        /// Sum of squares over the least, above which a start is not worth a fit: a peak with friction
-        /// is not the pole it is taken for, and a wrong delay may hide some of that.
+        /// Ratio of the sum of squares to the smallest one above which a start is not fitted: a peak with friction is
+        /// not exactly a pole, and a wrong delay may compensate for some of the difference.
         worth_a_fit: f64 = 10.0, source "chosen by simulation", moves "delays found";
     }
 }
 
 criteria! {
-    /// The minimum among many start values.
+    /// Search of the minimum from many start values.
     pub struct SearchCriteria in "search" {
-        /// Starts that are followed to their minimum.
+        /// Number of starts followed to their minimum.
         tries: usize = 3, source "chosen by simulation", moves "minima missed";
-        /// Minima of thinned points that are followed with all points.
+        /// Number of minima of thinned points followed with all points.
         last_tries: usize = 2, source "chosen by simulation", moves "minima missed";
-        /// Points that show where a start leads.
+        /// Number of points used to find where a start leads.
         few_points: usize = 200, source "chosen by simulation", moves "time of analysis";
-        /// Points of those that must lie on the peak, or beside it.
+        /// Number of these points that must lie on the peak, and off the peak.
         few_on_peak: usize = 20, source "chosen by simulation", moves "minima missed";
-        /// Sum of squares over the least, above which a start is not followed.
+        /// Ratio of the sum of squares to the smallest one above which a start is not followed.
         hopeless: f64 = 30.0, source "chosen by simulation", moves "minima missed";
-        /// Standard errors to within which a place to start from is fitted.
+        /// Accuracy, in standard errors, of the fit of a starting point.
         rough_errors: f64 = 0.3, source "the fit goes the rest of the way", moves "time of analysis";
-        /// Work after which the search for the fit ends with what it has. A point in closed form counts as 1,
-        /// eight with a stop as 40, others by their time: a million takes about 25 ms on one core.
+        /// Work after which the search for the fit ends with the best result so far. A point in closed form counts as
+        /// 1, eight points with a stop as 40, others according to their time: a million takes about 25 ms on one core.
         most_work: usize = 11_500_000, source "0.4 s on one core", moves "time of analysis";
-        /// Points from which on there is more.
+        /// Number of points above which more work is allowed.
         plain_points: usize = 401, source "what an instrument records by default", moves "time of analysis";
-        /// Further work for each point beyond.
+        /// Additional work for each point above that number.
         work_per_point: usize = 60_000, source "what curves of resonators take, with room to spare",
             moves "time of analysis";
-        /// Points beyond that count for it.
+        /// Maximum number of points for which additional work is allowed.
         most_working_points: usize = 850, source "1.6 s on one core in all",
             moves "time of analysis";
-        /// Part of that work after which the search for the intervals ends.
+        /// Fraction of that work after which the search for the intervals ends.
         interval_part: f64 = 0.17, source "what curves of resonators take, with room to spare",
             moves "time of analysis";
-        /// Part of the work left that one start, or one hypothesis about a curve with phases, may take.
+        /// Fraction of the remaining work that one start, or one hypothesis about a curve with phases, may use.
         share: f64 = 0.5, source "the rest is for those after it", moves "minima missed";
-        /// Part of that work that is left, once, for the loss models of the plain curve, whatever the search took.
+        /// Fraction of that work that is reserved, once, for the loss models of the plain curve, whatever the search
+        /// used.
         models_part: f64 = 0.15, source "a model from its neighbour takes few steps", moves "curves refused";
-        /// Difference of two sums of squares, in variances of one observation, below which they are
-        /// one minimum.
+        /// Difference of two sums of squares, in variances of one observation, below which they belong to the same
+        /// minimum.
         same_minimum: f64 = 1e-3, source "far below one standard error", moves "time of analysis";
     }
 }
 
 impl SearchCriteria {
-    /// Work allowed to a curve of so many points.
+    /// Work allowed for a curve with this number of points.
     pub(crate) fn work(&self, points: usize) -> u64 {
         let beyond = points.saturating_sub(self.plain_points).min(self.most_working_points);
         self.most_work.saturating_add(self.work_per_point.saturating_mul(beyond)) as u64
@@ -176,18 +177,17 @@ impl SearchCriteria {
 criteria! {
     /// Residuals of a fit.
     pub struct ResidualCriteria in "residuals" {
-        /// One in so many of the amplitudes, the lowest, bounds the noise that adds to amplitudes
-        /// (Rice).
+        /// The lowest amplitudes, one in this number, bound the noise that adds to amplitudes (Rice).
         rice_part: usize = 10, source "chosen by simulation", moves "bias of amplitudes";
-        /// Points from which on outliers are left out.
+        /// Number of points from which outliers are left out.
         outlier_points: usize = 20, source "chosen by simulation", moves "outliers";
-        /// Robust deviations from which on a single point is an outlier.
+        /// Distance, in robust standard deviations, above which a single point is an outlier.
         outlier_deviations: f64 = 7.0, source "no normal number in 1e11", moves "outliers";
-        /// Part of that from which on a neighbour makes a feature of it.
+        /// Fraction of that distance above which a neighbour makes the point part of a feature.
         outlier_neighbour: f64 = 0.5, source "chosen by simulation", moves "outliers";
-        /// At most one in so many points is an outlier.
+        /// At most one in this number of points is an outlier.
         outlier_part: usize = 20, source "chosen by simulation", moves "outliers";
-        /// Standard errors from which on an autocorrelation counts.
+        /// Standard errors above which an autocorrelation is taken into account.
         autocorrelation_errors: f64 = 2.8, source "one curve in 400 by chance", moves "coverage";
     }
 }
@@ -195,42 +195,42 @@ criteria! {
 criteria! {
     /// Noise that grows with the amplitude.
     pub struct NoiseCriteria in "noise" {
-        /// Twice the logarithm of the odds of all noises with a part in proportion to the amplitude over a constant one, above
-        /// which the most probable of them is reported; below, the noise is constant and the intervals count both.
+        /// Twice the logarithm of the odds of all proportional noise laws against constant noise above which the most
+        /// probable of them is reported; below, the noise is constant and the intervals account for both.
         proportional_margin: f64 = 10.0, source "Kass and Raftery 1995: very strong evidence",
             moves "coverage of curves with proportional noise";
-        /// Probability before the data of a proportional part whose variance over that of the floor lies in any one decade,
-        /// over that of none.
+        /// Prior probability of a proportional part whose variance relative to the floor lies in a given decade,
+        /// relative to that of no such part.
         proportional_odds: f64 = 1.0, source "no order of magnitude is preferred; chosen by simulation",
             moves "coverage of curves of few points with proportional noise, and width of intervals without it";
-        /// Noise over the amplitude above which such a part is improbable before the data.
+        /// Ratio of the noise to the amplitude above which such a part is improbable a priori.
         most_proportional: f64 = 0.01, source "ranges, gains and drives wander by less",
             moves "coverage of curves of few points with proportional noise, and width of intervals without it";
-        /// Probability below which a law of the noise does not count.
+        /// Probability below which a noise law is neglected.
         least_weight: f64 = 0.005, source "far below a half of 2.5 %, several of them", moves "coverage";
-        /// Observations that must be left beside the parameters.
+        /// Number of observations required in excess of the parameters.
         spare_observations: f64 = 6.0, source "chosen by simulation",
             moves "coverage of curves with few points";
-        /// Rounds of fit and noise.
+        /// Number of iterations of fit and noise.
         rounds: usize = 2, source "chosen by simulation", moves "time of analysis";
-        /// Factor within which a ratio of proportional part to floor is settled.
+        /// Factor within which the ratio of the proportional part to the floor has converged.
         settled: f64 = 1.5, source "weights matter by their root", moves "time of analysis";
     }
 }
 
 criteria! {
-    /// Columns beside the response: errors of points, drive.
+    /// Columns in addition to the response: errors of points, drive.
     pub struct ColumnCriteria in "columns" {
-        /// Standard deviation of the logarithm of the errors from point to point above which they may be those of few
-        /// repeats.
+        /// Standard deviation of the logarithm of the errors from point to point above which they may have been
+        /// estimated from few repeats.
         error_scatter: f64 = 0.1, source "that of fifty repeats, 1/sqrt(2 (50 - 1))",
             moves "coverage of curves with errors of few repeats";
-        /// Highest degree of the polynomial in the frequency that a measured drive may follow.
+        /// Highest degree of the polynomial in the frequency used to smooth a measured drive.
         course_degree: usize = 3, source "an amplifier and its load are smooth across a line",
             moves "coverage of curves with a measured drive";
-        /// Scatter of the drive about it, relative, from which on it may be noise of its reading.
+        /// Relative scatter of the drive about this polynomial above which it may be noise of the reading.
         drive_scatter: f64 = 1e-6, source "digits that are printed", moves "coverage of curves with a measured drive";
-        /// BIC by which a fit without a column must be better, for the column to be set aside.
+        /// BIC decrease by which a fit without a column must be better for the column not to be used.
         margin: f64 = 6.0, source "Kass and Raftery 1995: strong evidence",
             moves "coverage of curves with a measured drive, or with errors of few repeats";
     }
@@ -239,11 +239,11 @@ criteria! {
 criteria! {
     /// The friction-free reference.
     pub struct ReferenceCriteria in "reference" {
-        /// Change of the logarithm of its weight below which the weight is settled.
+        /// Change of the logarithm of its weight below which the weight has converged.
         weight_change: f64 = 0.2, source "chosen by simulation", moves "coverage";
-        /// Times that the weight is renewed.
+        /// Maximum number of updates of the weight.
         weight_rounds: usize = 3, source "chosen by simulation", moves "coverage";
-        /// Odds before the data of a curve of amplitudes read with another gain, or driven otherwise, than its reference.
+        /// Prior odds that a curve of amplitudes was measured with another gain or drive than its reference.
         other_gain_odds: f64 = 0.05, source "a setting is seldom changed unnoticed; chosen by simulation",
             moves "coverage beside a reference at another gain, and width of intervals beside one at the same";
     }
@@ -252,61 +252,60 @@ criteria! {
 criteria! {
     /// Terms added automatically.
     pub struct TermCriteria in "terms" {
-        /// What the BIC of a fit must be better by for each of background and delay that it has more.
+        /// BIC decrease required for each additional background or delay.
         instrument_margin: f64 = 4.0, source "of curves without one, one in 500 is given a background",
             moves "backgrounds and delays missed, and added for nothing";
-        /// By how much less than another term drag may lower the BIC and is added instead.
+        /// Amount by which the BIC decrease due to drag may be smaller than that due to another term for drag to be
+        /// added instead.
         drag_preference: f64 = 6.0, source "strong evidence on the scale of Kass and Raftery (1995)",
             moves "bias of friction under drag";
-        /// By how much the BIC with drag must be lower than that with a background instead, of amplitudes without
-        /// phases: they tell hardly one from the other, and a background is the rule.
+        /// Amount by which the BIC with drag must be lower than with a background instead, for amplitudes without
+        /// phases: these hardly distinguish the two, and a background is more common.
         drag_over_background: f64 = 6.0, source "strong evidence on the scale of Kass and Raftery (1995)",
             moves "drag chosen falsely, and missed, of amplitudes";
-        /// By how much the BIC with a noise floor must be lower than that with a constant in every amplitude.
+        /// Amount by which the BIC with a noise floor must be lower than with a constant in every amplitude.
         floor_over_constant: f64 = 2.0, source "a constant of 0.5 % named in 17 of 20 curves",
             moves "constants and noise floors taken for each other";
-        /// Observations that must be left beside the parameters.
+        /// Number of observations required in excess of the parameters.
         spare_observations: usize = 4, source "chosen by simulation", moves "terms added";
-        /// Times its gain that one linear step may promise: several steps bring more.
+        /// Factor on the gain predicted by one linear step: several steps gain more.
         promise_factor: f64 = 3.0, source "chosen by simulation", moves "terms missed";
-        /// Least part of the sum of squares that a promise leaves.
+        /// Smallest predicted fraction of the sum of squares that remains.
         promise_rest: f64 = 0.05, source "chosen by simulation", moves "terms missed";
-        /// Points that show where a background under amplitudes leads.
+        /// Number of points used to find where a background in amplitudes leads.
         background_points: usize = 40, source "chosen by simulation", moves "time of analysis";
-        /// Minima with a background under amplitudes that are kept.
+        /// Maximum number of minima with a background in amplitudes that are kept.
         kept_minima: usize = 8, source "chosen by simulation", moves "coverage under a background";
-        /// Standard errors by which two such minima differ.
+        /// Difference, in standard errors, by which two such minima are distinct.
         distinct_errors: f64 = 0.1, source "far below one standard error", moves "time of analysis";
-        /// Standard errors by which a loss may lie below zero in a minimum of amplitudes on a background.
+        /// Number of standard errors by which a loss may be negative at a minimum of amplitudes with a background.
         negative_errors: f64 = 3.0, source "one curve in a thousand without that loss",
             moves "coverage of curves on a background";
     }
 }
 
 criteria! {
-    /// The choice among hypotheses: the plain curve, background and delay from the start, amplitudes
-    /// alone.
+    /// The choice among hypotheses: the plain curve, background and delay from the start, amplitudes alone.
     pub struct SelectionCriteria in "selection" {
-        /// Residual of the plain curve over the height of the peak, from which on its phases are
-        /// suspect.
+        /// Residuals of the plain curve over the height of the peak above which its phases are suspect.
         implausible_residual: f64 = 0.08, source "chosen by simulation", moves "phases ignored";
-        /// Its variance over that of the points about their mean, from which on they are as well: beside a narrow
-        /// peak on a high background a small residual is most of what there is to explain.
+        /// Ratio of the variance of the residuals to that of the points about their mean above which the phases are
+        /// suspect as well: for a narrow peak on a high background small residuals are most of the signal.
         implausible_part: f64 = 0.3, source "chosen by simulation", moves "background and delay";
-        /// Variance over that of the noise below which nothing is left to explain.
+        /// Ratio of the residual variance to that of the noise below which nothing remains to be explained.
         noise_variances: f64 = 2.0, source "chosen by simulation", moves "background and delay";
-        /// Variance of a hypothesis with instrument terms, over the most with which it may be taken, from which on
-        /// its loss models are not compared.
+        /// Ratio of the variance of a hypothesis with instrument terms to the largest acceptable one, above which its
+        /// loss models are not compared.
         hopeless: f64 = 30.0, source "loss models take away less", moves "time of analysis";
-        /// Variance with background and delay from the start, over the plain curve's with the terms
-        /// added to it one by one, below which the former is taken.
+        /// Ratio of the variance with background and delay from the start to that of the plain curve with these terms
+        /// added one by one, below which the former is taken.
         together: f64 = 0.8, source "chosen by simulation", moves "background and delay";
-        /// Most variance with phases over that of the amplitudes alone: phases that were ever right
-        /// double the data and need not do as well to the last digit.
+        /// Largest ratio of the variance with phases to that of the amplitudes alone: correct phases double the data
+        /// and need not fit equally well.
         phases_over_amplitudes: f64 = 2.0, source "phases are half the data", moves "phases ignored";
-        /// Most variance with phases over that of the plain curve whose phases are suspect.
+        /// Largest ratio of the variance with phases to that of the plain curve with suspect phases.
         phases_over_plain: f64 = 0.5, source "chosen by simulation", moves "phases ignored";
-        /// Most variance of amplitudes alone over that of the plain curve.
+        /// Largest ratio of the variance of amplitudes alone to that of the plain curve.
         amplitudes_over_plain: f64 = 0.06, source "chosen by simulation", moves "phases ignored";
     }
 }
@@ -314,10 +313,10 @@ criteria! {
 criteria! {
     /// The loss models.
     pub struct LossModelCriteria in "models" {
-        /// Standard errors above zero from which on no model without a viscous loss is fitted.
+        /// Number of standard errors above zero from which no model without a viscous loss is fitted.
         surely_viscous: f64 = 10.0, source "no data prefer such a model", moves "time of analysis";
-        /// Sum of squares above the least, in variances, up to which a minimum explains the data as
-        /// well.
+        /// Excess of the sum of squares over the smallest one, in variances, up to which a minimum explains the data
+        /// equally well.
         equal_minima: f64 = 4.0, source "about the 95 % point of chi square", moves "coverage under a background";
     }
 }
@@ -325,30 +324,32 @@ criteria! {
 criteria! {
     /// The force balance without a model.
     pub struct ForceCriteria in "force" {
-        /// Noise over amplitude from which on a point takes no part in the line.
+        /// Ratio of noise to amplitude above which a point is not used for the line.
         most_noise: f64 = 0.3, source "chosen by simulation", moves "the line through the forces";
-        /// Points without which there is no line.
+        /// Number of points required for a line.
         least_points: usize = 4, source "two more than unknowns", moves "the line through the forces";
     }
 }
 
 criteria! {
-    /// Points that lag behind the frequency.
+    /// Lag of the points behind the frequency.
     pub struct LagCriteria in "lag" {
-        /// Longest time between two points that is tried, in times in which the resonator or the instrument forgets.
+        /// Longest time between two points that is tried, in units of the relaxation time of the resonator or the
+        /// instrument.
         longest_step: f64 = 2.0, source "what is kept then, a seventh, hardly shows but in the frequency",
             moves "warnings";
-        /// Each time tried over the one before.
+        /// Ratio of each time tried to the previous one.
         finer: f64 = 0.6, source "chosen by simulation", moves "time of analysis";
-        /// Times tried.
+        /// Number of times tried.
         steps: usize = 10, source "to a fiftieth", moves "warnings";
-        /// Part of a lag that the parameters must leave over.
+        /// Fraction of a lag that must not be absorbed by the parameters.
         least_seen: f64 = 1e-6, source "far above rounding", moves "warnings";
-        /// Sum of squares, in variances, by which a lag must lower that of the fit.
+        /// Decrease of the sum of squares, in variances, required for a lag.
         least_gain: f64 = 18.0, source "the most of 880 curves without a lag is 14", moves "warnings";
-        /// Variance over that of the noise below which a lag explains what is left where that is more than noise.
+        /// Ratio of the variance to that of the noise to which a lag must reduce the residuals if these are more than
+        /// noise.
         noise_variances: f64 = 1.5, source "chosen by simulation", moves "warnings";
-        /// BIC by which a lag in the place of terms of the instrument or the spring must be better.
+        /// BIC decrease required for a lag in place of instrument terms or the Duffing term.
         margin: f64 = 10.0, source "Kass and Raftery 1995: very strong evidence", moves "warnings";
     }
 }
@@ -356,62 +357,63 @@ criteria! {
 criteria! {
     /// The answer and its warnings.
     pub struct AnswerCriteria in "answer" {
-        /// Standard error of the friction displacement over the drive from which on the bias of least
-        /// squares, which goes with its square, is corrected.
+        /// Ratio of the standard error of the friction displacement to the drive above which the bias of least squares,
+        /// which increases as its square, is corrected.
         vague_friction: f64 = 0.2, source "chosen by simulation", moves "bias of friction and drive";
-        /// Standard errors by which that correction may move an estimate: more is no second order.
+        /// Largest correction of an estimate, in standard errors; beyond it the second-order approximation fails.
         most_correction: f64 = 0.5, source "chosen by simulation", moves "bias of friction and drive";
-        /// Points of a run up or down without which it is not taken by itself.
+        /// Number of points required for a run up or down to be evaluated separately.
         run_points: usize = RUN_POINTS, source "as many as describe a line", moves "warnings, and the curve drawn";
-        /// Noise between neighbouring points over that between residuals below which the former is too
-        /// small to be that of the curve.
+        /// Ratio of the noise between neighbouring points to that between residuals below which the former is too small
+        /// to be that of the curve.
         least_noise: f64 = 0.1, source "chosen by simulation", moves "warnings";
         /// Points within the line below which its shape is poorly sampled.
         points_in_line: usize = 4, source "as many as unknowns", moves "warnings";
-        /// Width of the interval of the friction ratio over the ratio above which the shape alone says
+        /// Ratio of the width of the interval of the friction ratio to the ratio above which the shape alone says
         /// little.
         shape_interval: f64 = 0.3, source "chosen by simulation", moves "warnings";
-        /// Friction ratio below which that width is taken over this one.
+        /// Friction ratio below which that width is divided by this value instead.
         shape_ratio: f64 = 0.3, source "chosen by simulation", moves "warnings";
-        /// Correlation above which the viscous and the sliding term are one number.
+        /// Correlation above which the viscous and the sliding term are not separable.
         inseparable: f64 = 0.99, source "chosen by simulation", moves "warnings";
-        /// Standard error of the decay rate over the rate above which such a correlation matters.
+        /// Relative standard error of the decay rate above which such a correlation matters.
         inseparable_error: f64 = 0.5, source "chosen by simulation", moves "warnings";
-        /// Half widths of the line by which the reference may lie off.
+        /// Largest distance of the reference in frequency, in half widths of the line.
         reference_widths: f64 = 5.0, source "one resonator keeps its frequency", moves "warnings";
-        /// Factor by which the damping of the reference may differ.
+        /// Largest ratio of the damping of the reference to that of the curve.
         reference_damping: f64 = 3.0, source "one resonator keeps its damping", moves "warnings";
-        /// Probability above which another gain of the reference is named.
+        /// Probability above which another gain of the reference is named in a warning.
         other_gain: f64 = 0.5, source "more probable than not", moves "warnings";
-        /// p value below which the reference has friction of its own.
+        /// p value below which the reference itself has friction.
         reference_slides: f64 = 0.001, source "chosen by simulation", moves "warnings";
-        /// What a parameter of another set of instrument terms costs, in the logarithm of the likelihood
-        /// twice over, when its fit is weighed beside the one reported.
+        /// Penalty on a parameter of another set of instrument terms, in units of twice the log-likelihood, when its
+        /// fit is weighted against the reported one.
         alternative_penalty: f64 = 3.0, source "chosen by simulation, between Akaike's 2 and the BIC",
             moves "coverage under a background too weak to be seen, and width of intervals without one";
-        /// Odds before the data of a frequency that moves with the amplitude, for the natural frequency.
+        /// Prior odds of an amplitude-dependent frequency, for the natural frequency.
         duffing_odds: f64 = 9.0, source "springs are linear by approximation only; chosen by simulation",
             moves "coverage of the natural frequency under a Duffing term, and width of its intervals";
-        /// Weight over that of the fit reported below which another does not count.
+        /// Weight relative to the reported fit below which another fit is neglected.
         least_weight: f64 = 0.001, source "far below a half of 2.5 %", moves "coverage";
-        /// Standard errors below zero from which on a delay is none: no instrument answers before its drive.
+        /// Number of standard errors below zero from which a delay is rejected: no instrument responds before its
+        /// drive.
         negative_delay: f64 = 3.0, source "of 300 curves of a resonance none, whatever cables and filters",
             moves "warnings";
-        /// Standard errors by which other terms of the instrument must move a loss to be named.
+        /// Number of standard errors by which other instrument terms must change a loss to be named.
         rival_errors: f64 = 2.0, source "chosen by simulation", moves "warnings";
-        /// Noise of the residuals over that within one run above which the runs are compared by the
-        /// latter.
+        /// Ratio of the noise of the residuals to that within one run above which the latter is used to compare the
+        /// runs.
         runs_noise: f64 = 1.5, source "chosen by simulation", moves "warnings";
-        /// Distance of neighbouring points over the half width of the line above which runs are not
-        /// compared between them.
+        /// Ratio of the distance of neighbouring points to the half width of the line above which runs are not compared
+        /// between them.
         run_spacing: f64 = 0.3, source "a straight line is no curve", moves "warnings";
-        /// Points at which runs must be compared.
+        /// Number of points required for a comparison of runs.
         runs_compared: f64 = 5.0, source "chosen by simulation", moves "warnings";
         /// Difference of the runs over the height of the peak above which it is a jump.
         hysteresis_height: f64 = 0.25, source "chosen by simulation", moves "warnings";
-        /// The same over the noise.
+        /// The same difference over the noise.
         hysteresis_noise: f64 = 8.0, source "chosen by simulation", moves "warnings";
-        /// Standard errors of chi square above which the runs differ.
+        /// Number of standard errors of chi square above which the runs differ.
         runs_differ: f64 = 4.0, source "one curve in some ten thousand", moves "warnings";
     }
 }
