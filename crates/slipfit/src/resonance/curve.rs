@@ -1,16 +1,16 @@
-//! A resonance curve as it was measured.
+//! A measured resonance curve.
 
 use super::criteria::RUN_POINTS;
 use crate::Error;
 use crate::motion::steady::Phasor;
 use std::f64::consts::TAU;
 
-/// What was measured at each frequency.
+/// Measured response at each frequency.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Response {
-    /// Amplitudes only, at least zero.
+    /// Amplitudes only, not negative.
     Amplitude(Vec<f64>),
-    /// Amplitude and phase: `x = Re Z e^(i omega t)` with `t = 0` at the crest of the drive.
+    /// Amplitude and phase: `x = Re Z e^(i omega t)` with `t = 0` at the maximum of the drive.
     Complex(Vec<Phasor>),
 }
 
@@ -45,24 +45,24 @@ impl Response {
     }
 }
 
-/// Which way the frequency went while a run was measured.
+/// Direction of the frequency during a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 pub enum RunDirection {
-    /// Rising.
+    /// Increasing.
     Up,
-    /// Falling.
+    /// Decreasing.
     Down,
-    /// Neither: points were taken in no order.
+    /// Neither: the points were taken in no order.
     Unordered,
 }
 
 /// Consecutive points measured in one direction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Run {
-    /// First point of it, in the order of measurement.
+    /// First point of the run, in the order of measurement.
     pub first: usize,
     /// Number of points.
     pub points: usize,
@@ -75,11 +75,11 @@ pub struct Run {
 pub struct Dropped {
     /// Points with a frequency, response, drive or standard error that is not finite.
     pub not_finite: usize,
-    /// Frequency zero, which has no phase and no period.
+    /// Points at zero frequency, which have no phase and no period.
     pub zero_frequency: usize,
 }
 
-/// Amplitude, or amplitude and phase, over frequency; points in the order of measurement.
+/// Amplitude, or amplitude and phase, versus frequency; points in the order of measurement.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curve {
     frequency_hz: Vec<f64>,
@@ -105,7 +105,7 @@ pub struct CurveBuilder {
 }
 
 impl Curve {
-    /// Starts from frequencies and what was measured there.
+    /// Starts from frequencies and amplitudes.
     ///
     /// ```
     /// use slipfit::resonance::Curve;
@@ -158,8 +158,8 @@ impl Curve {
         matches!(self.response, Response::Complex(_))
     }
 
-    /// Whether the phases were measured beside the amplitudes, and may be folded or of another
-    /// quantity; those of real and imaginary parts cannot.
+    /// Whether the phases were measured separately from the amplitudes and may be wrapped or belong to another
+    /// quantity; this is not possible for real and imaginary parts.
     pub(crate) fn has_separate_phase(&self) -> bool {
         self.separate_phase
     }
@@ -169,7 +169,7 @@ impl Curve {
         self.drive.as_deref()
     }
 
-    /// Standard error of each point (of each quadrature when complex), if known.
+    /// Standard error of each point (of each quadrature if complex), if known.
     pub fn std_error(&self) -> Option<&[f64]> {
         self.std_error.as_deref()
     }
@@ -184,12 +184,12 @@ impl Curve {
         &self.runs
     }
 
-    /// What was left out when the curve was built.
+    /// Points left out when the curve was built.
     pub fn dropped(&self) -> Dropped {
         self.dropped
     }
 
-    /// The points whose frequency lies between these, in Hz.
+    /// The points with frequencies in this band, in Hz.
     pub(crate) fn within(&self, [low, high]: [f64; 2]) -> Self {
         let keep: Vec<usize> =
             (0..self.len()).filter(|&i| (low..=high).contains(&self.frequency_hz[i])).collect();
@@ -216,22 +216,22 @@ impl CurveBuilder {
         self
     }
 
-    /// Says that the phases of complex responses were measured beside their amplitudes: they are
-    /// left aside where they fit no resonance while the amplitudes do.
+    /// States that the phases of complex responses were measured separately from their amplitudes: they are ignored if
+    /// they fit no resonance although the amplitudes do.
     #[must_use]
     pub fn separate_phase(mut self) -> Self {
         self.separate_phase = true;
         self
     }
 
-    /// Drive level of each point, in any unit: the fitted drive follows it point by point.
+    /// Drive level of each point, in any unit; the fitted drive is proportional to it point by point.
     #[must_use]
     pub fn drive(mut self, drive: Vec<f64>) -> Self {
         self.drive = Some(drive);
         self
     }
 
-    /// Standard error of each point, in the response's unit; of each quadrature when complex.
+    /// Standard error of each point, in the unit of the response; of each quadrature if complex.
     #[must_use]
     pub fn std_error(mut self, std_error: Vec<f64>) -> Self {
         self.std_error = Some(std_error);
@@ -245,13 +245,13 @@ impl CurveBuilder {
         self
     }
 
-    /// Checks and builds. Non-finite points and those at frequency zero are left out and
-    /// counted ([`Curve::dropped`]).
+    /// Checks and builds. Points that are not finite or at zero frequency are left out and counted
+    /// ([`Curve::dropped`]).
     ///
     /// # Errors
-    /// [`Error::Length`] for columns of different length; [`Error::FrequencyNegative`];
-    /// [`Error::PointOutOfRange`] for an amplitude below zero, or a drive or standard error
-    /// not above it; [`Error::TooFewSamples`] with no point left.
+    /// [`Error::Length`] for columns of different length; [`Error::FrequencyNegative`]; [`Error::PointOutOfRange`] for
+    /// a negative amplitude, or a drive or standard error that is not positive; [`Error::TooFewSamples`] if no point is
+    /// left.
     pub fn build(self) -> Result<Curve, Error> {
         let n = self.frequency_hz.len();
         let lengths = [
@@ -270,7 +270,7 @@ impl CurveBuilder {
         let columns = [&self.phase_rad, &self.drive, &self.std_error];
         for i in 0..n {
             let finite = |c: &&Option<Vec<f64>>| c.as_ref().is_none_or(|v| v[i].is_finite());
-            // In rad/s as well.
+            // The frequency must also be finite in rad/s.
             let has_frequency = (TAU * self.frequency_hz[i]).is_finite();
             if !has_frequency || !self.response.is_finite(i) || !columns.iter().all(finite) {
                 dropped.not_finite += 1;
@@ -322,7 +322,7 @@ impl CurveBuilder {
     }
 }
 
-/// Cuts the points into runs up and down.
+/// Divides the points into runs up and down.
 fn runs(frequency_hz: &[f64]) -> Vec<Run> {
     let n = frequency_hz.len();
     let mut list: Vec<Run> = Vec::new();

@@ -1,4 +1,4 @@
-//! The bare fit of one model, without comparison or intervals.
+//! Fit of one model, without comparison or intervals.
 
 use super::block::Block;
 use super::criteria::SearchCriteria;
@@ -10,7 +10,7 @@ use crate::Error;
 use crate::inference::least_squares::{LeastSquares, descend, minimise_until, one_step};
 use std::f64::consts::TAU;
 
-/// The exact response fitted to a curve; standard errors from white residuals, limits lifted.
+/// The exact response fitted to a curve; standard errors for white residuals, without limits on the parameters.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CurveFit {
     /// Natural frequency, Hz, and its standard error.
@@ -19,31 +19,30 @@ pub struct CurveFit {
     pub decay_rate_per_s: [f64; 2],
     /// Friction displacement `x_F`, response unit.
     pub friction_displacement: [f64; 2],
-    /// Drive amplitude `x_0`, response unit; its error is zero when it was given.
+    /// Drive amplitude `x_0`, response unit; its standard error is zero if it was given.
     pub drive_amplitude: [f64; 2],
     /// Phase offset, rad; zero without phases.
     pub phase_offset_rad: [f64; 2],
-    /// Root mean square of the residual (of a quadrature when complex).
+    /// Root mean square of the residuals (of a quadrature if complex).
     pub residual_rms: f64,
-    /// Whether the fit met its tolerance.
+    /// Whether the fit converged to its tolerance.
     pub converged: bool,
 }
 
-/// Points with which a fit begins.
+/// Number of points with which a fit begins.
 const FEW: usize = 56;
-/// Standard errors to which it goes with those, and with all: the step found last is taken.
+/// Accuracy of the fit to those points and to all points, in standard errors; the last step found is applied.
 const ROUGH: f64 = 0.1;
 const CLOSE: f64 = 0.01;
 
-/// Fits the exact fundamental with viscous damping and sliding friction, nothing else: no
-/// model is compared, no instrument term but the phase offset is tried, no interval taken.
-/// Start values come from the curve.
+/// Fits the exact fundamental with viscous damping and sliding friction only: no models are compared, no instrument
+/// term except the phase offset is tried, no interval is computed. Start values are derived from the curve.
 ///
-/// `drive_amplitude` fixes `x_0`; without it, it is fitted.
+/// `drive_amplitude` fixes `x_0`; otherwise `x_0` is fitted.
 ///
 /// # Errors
-/// [`Error::TooFewPoints`], [`Error::NoResonance`] or [`Error::NoFit`] as
-/// [`analyse`](super::analyse); [`Error::Parameter`] for a drive not above zero.
+/// [`Error::TooFewPoints`], [`Error::NoResonance`] or [`Error::NoFit`] as for [`analyse`](super::analyse);
+/// [`Error::Parameter`] for a drive that is not positive.
 ///
 /// ```
 /// use slipfit::{Oscillator, resonance::{Curve, fit}, motion::steady::scan};
@@ -64,7 +63,7 @@ pub fn fit(curve: &Curve, drive_amplitude: Option<f64>) -> Result<CurveFit, Erro
     }
     let mut main = Block::new(curve);
     let peak = peak::find(&main).ok_or(Error::NoResonance { reason: "every amplitude is zero" })?;
-    // So many points within the peak give start values as good as all do.
+    // This number of points within the peak gives start values as good as all points do.
     let within = main.omega.iter().filter(|w| (**w - peak.omega).abs() < peak.half_width).count();
     let stride = (main.len() / FEW).min(within / 8).max(1);
     let mut few = (stride > 1).then(|| main.thinned(stride));
@@ -86,7 +85,7 @@ pub fn fit(curve: &Curve, drive_amplitude: Option<f64>) -> Result<CurveFit, Erro
         return Err(Error::TooFewPoints { points: problem.main.len(), parameters: free.len() });
     }
     let fixed = drive_amplitude.is_some();
-    // With phases the balance is next to the minimum.
+    // With phases the solution of the linear balance is close to the minimum.
     let near = linear.and_then(|(s, _)| {
         let mut start = start::parameters(&s, drive_amplitude);
         let mut stepped = None;
@@ -127,7 +126,7 @@ mod tests {
     use crate::motion::steady::fundamental::{Point, fundamental};
     use crate::noise::jitter;
 
-    /// However few passes it takes: where the fit ends is the minimum over all points.
+    /// The fit ends at the minimum over all points, however few passes it takes.
     #[test]
     fn steps_saved_leave_next_to_nothing() {
         let mut most = 0.0f64;

@@ -1,4 +1,4 @@
-//! The fitted curve, to be drawn or subtracted.
+//! The fitted curve, for plotting or subtraction.
 
 use super::problem::Problem;
 use super::response::Modelled;
@@ -11,27 +11,26 @@ use std::f64::consts::TAU;
 pub struct FittedCurve {
     pub(crate) problem: Problem,
     pub(crate) parameters: Vec<f64>,
-    /// Those of the same oscillator without sliding friction.
+    /// Parameters of the same oscillator without sliding friction.
     pub(crate) friction_free: Vec<f64>,
-    /// Angular frequency and amplitude of the points that say which branch is meant, those of the
-    /// first run, where the frequency went both up and down.
+    /// Angular frequency and amplitude of the points that select the branch: those of the first run, if the frequency
+    /// was swept both up and down.
     pub(crate) guide: Vec<[f64; 2]>,
 }
 
 impl FittedCurve {
-    /// The fitted response, instrument terms included, at the mean drive; of the branch next
-    /// to the points measured where there are several. NaN where the model has no motion.
+    /// The fitted response, instrument terms included, at the mean drive; if there are several branches, on the one
+    /// closest to the measured points. NaN if the model has no motion.
     pub fn response(&self, frequency_hz: f64) -> Phasor {
         self.at(&self.parameters, frequency_hz)
     }
 
-    /// The same oscillator under the same drive, without sliding friction: the ghost behind
-    /// the curve. Instrument terms included.
+    /// The response of the same oscillator with the same drive, without sliding friction; instrument terms included.
     pub fn friction_free(&self, frequency_hz: f64) -> Phasor {
         self.at(&self.friction_free, frequency_hz)
     }
 
-    /// The fitted response of an oscillator without friction at a drive over its mean.
+    /// The fitted response at a relative drive level, valid for an oscillator without friction.
     pub(super) fn response_at(&self, frequency_hz: f64, drive: f64) -> Phasor {
         self.response(frequency_hz) * drive
     }
@@ -54,13 +53,13 @@ impl FittedCurve {
     fn modelled(&self, p: &[f64], frequency_hz: f64) -> Option<Modelled> {
         let omega = TAU * frequency_hz;
         let at = self.problem.response(p, false);
-        // What took the search too long would take a drawing as long.
+        // If the search was stopped because of its work, evaluation for a plot would take as long.
         let cut = self.problem.main.work.was_cut();
         let mut follower = if cut { Follower::without_search() } else { Follower::default() };
         at.at(omega, 1.0, self.guess(omega), &mut follower)
     }
 
-    /// Amplitude measured next to a frequency.
+    /// Measured amplitude at the point closest to a frequency.
     fn guess(&self, omega: f64) -> f64 {
         if !self.guide.is_empty() {
             let near = |p: &&[f64; 2]| (p[0] - omega).abs();

@@ -1,4 +1,4 @@
-//! What the fits of a curve bring, and what they say of the loss models.
+//! Results of the fits of a curve, and their implications for the loss models.
 
 use super::alternatives::{Alternative, FreeGain};
 use super::block::Block;
@@ -12,16 +12,16 @@ use crate::inference::model_selection::{ModelComparison, ModelFit};
 use crate::model::loss::LossTerm;
 use crate::motion::steady::Phasor;
 
-/// A column that was set aside.
+/// A column that was not used.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SetAside {
-    /// How it scatters, relative.
+    /// Its relative scatter.
     pub(crate) scatter: f64,
-    /// No fit was found with it; else the residuals contradict it.
+    /// Whether no fit was found with it; otherwise the residuals contradict it.
     pub(crate) no_fit: bool,
 }
 
-/// Columns that were set aside.
+/// Columns that were not used.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct ColumnsSetAside {
     /// Errors of the points.
@@ -30,7 +30,7 @@ pub(crate) struct ColumnsSetAside {
     pub(crate) drive: Option<SetAside>,
 }
 
-/// Everything the fits brought.
+/// Results of all fits.
 #[derive(Debug)]
 pub(crate) struct FittedModels {
     pub(crate) problem: Problem,
@@ -38,25 +38,25 @@ pub(crate) struct FittedModels {
     pub(crate) comparison: ModelComparison,
     pub(crate) source: DriveSource,
     pub(crate) conjugated: bool,
-    /// The phases fit no resonance; only amplitudes were used.
+    /// The phases fit no resonance, so that only the amplitudes were used.
     pub(crate) phases_ignored: bool,
-    /// Every point, where the fit used means of neighbours.
+    /// All points, if the fit used means of neighbours.
     pub(crate) all: Option<Block>,
     /// Points left out of the fit.
     pub(crate) left_out: usize,
-    /// Points left out before it.
+    /// Points left out before the fit.
     pub(crate) spikes: usize,
-    /// Noise of one point as differences of the residuals between neighbours give it.
+    /// Noise of one point from differences of the residuals between neighbours.
     pub(crate) neighbour_noise: f64,
     pub(crate) autocorrelation: f64,
-    /// Minima as good as the best within its errors, where there are several: amplitudes do not
-    /// tell on which side of the line a background lies.
+    /// Minima that are as good as the best one within its errors, if there are several: amplitudes do not determine on
+    /// which side of the line a background lies.
     pub(crate) minima: Vec<Fit>,
-    /// Other sets of instrument terms that count.
+    /// Other sets of instrument terms with a significant weight.
     pub(crate) alternatives: Vec<Alternative>,
-    /// Curve and reference with a drive each, of amplitudes.
+    /// Curve and reference of amplitudes with separate drives.
     pub(crate) free_gain: Option<FreeGain>,
-    /// Noise of an amplitude over the amplitude, where the noise grows with it.
+    /// Ratio of the noise to the amplitude, if the noise grows with the amplitude.
     pub(crate) proportional_noise: Option<f64>,
     pub(crate) set_aside: ColumnsSetAside,
     pub(crate) criteria: AnswerCriteria,
@@ -66,8 +66,8 @@ pub(crate) struct FittedModels {
     pub(crate) mentioned_widening: f64,
 }
 
-/// Amplitudes of the oscillator as the points show them: without background and offset fitted, at the
-/// mean drive. `None` where that is what was measured.
+/// Amplitudes of the oscillator according to the points: without the fitted background and offset, at the mean drive.
+/// `None` if these are the measured amplitudes.
 pub(crate) fn oscillator_seen(problem: &Problem, p: &[f64]) -> Option<Block> {
     let b = &problem.main;
     let background = Phasor::new(p[BG_RE], p[BG_IM]);
@@ -98,13 +98,13 @@ pub(crate) fn oscillator_seen(problem: &Problem, p: &[f64]) -> Option<Block> {
 }
 
 impl FittedModels {
-    /// The problem as a model's fit uses it.
+    /// The problem as used by the fit of a model.
     pub(crate) fn problem_of(&self, fit: &ModelFit) -> Problem {
         self.problem.with(&fit.unbounded.free)
     }
 
-    /// Whether what the losses leave beyond the noise is less than what friction explains, and small: otherwise
-    /// friction may only make up for a law that is another.
+    /// Whether the residuals of the losses beyond the noise are smaller than what friction explains, and small compared
+    /// with the height: otherwise friction may only compensate for a wrong law.
     pub(crate) fn law_holds(&self, chosen: &ModelFit) -> bool {
         let noise = &self.comparison.noise;
         if noise.variance_inflation == 1.0 {

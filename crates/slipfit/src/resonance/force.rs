@@ -10,16 +10,16 @@ use crate::motion::steady::Phasor;
 use crate::motion::steady::fundamental::Regime;
 use std::f64::consts::{FRAC_PI_4, TAU};
 
-/// Dissipative and elastic force at each point, and the line through the former:
+/// Dissipative and elastic force at each point, and the line through the dissipative forces:
 ///
 /// ```text
 /// x_0 sin(lag) = 4 x_F/pi + (2 delta/omega_0) |Z| omega/omega_0
 /// x_0 cos(lag) + (omega/omega_0)² |Z| = |Z| for a linear spring
 /// ```
 ///
-/// The first is eq. (9) of Vitorino, Vieira and Rodrigues off resonance as well. It takes
-/// the friction as a square wave in step with the fundamental, right to the order of
-/// `(x_F/|Z|)²`; points with stops are left out of the line.
+/// The first equation is eq. (9) of Vitorino, Vieira and Rodrigues, extended to frequencies off resonance. It
+/// approximates the friction by a square wave in phase with the fundamental, accurate to order `(x_F/|Z|)²`; points
+/// with stops are not used for the line.
 pub(super) fn balance(
     problem: &Problem,
     p: &[f64],
@@ -47,7 +47,7 @@ pub(super) fn balance(
         let noise = sigma / b.precision[i].sqrt();
         let angle = noise / size;
         let r = b.omega[i] / omega_0;
-        // At the peak the first order vanishes; the second does not.
+        // At the peak the first order vanishes, but the second does not.
         let dissipative_std_error = x_0 * angle * cos.abs().max(angle);
         points.push(ForcePoint {
             frequency_hz: b.omega[i] / TAU,
@@ -65,7 +65,7 @@ pub(super) fn balance(
     (points, line(&rows, omega_0, unit, c))
 }
 
-/// The line by errors of both axes, the slope of the round before in the weights.
+/// Line fitted with errors of both axes; the weights use the slope of the previous iteration.
 fn line(
     rows: &[(f64, f64, f64, f64)],
     omega_0: f64,

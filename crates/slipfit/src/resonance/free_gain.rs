@@ -1,5 +1,5 @@
-//! The curve by itself beside the fit with its drive known: read with another gain, or driven otherwise, than its reference
-//! or than was given.
+//! Comparison of the fit of the curve alone with the fit with its drive known, in case the curve was measured with
+//! another gain or drive than its reference or than given.
 
 use super::alternatives::{Alternative, FreeGain, Kind, OtherFit, TermSet, counted_parameters};
 use super::criteria::Criteria;
@@ -12,13 +12,13 @@ use super::term_sets::within_limits;
 use super::{Options, selection};
 use crate::inference::least_squares::minimise;
 
-/// Parameters of a reference without phases.
+/// Number of parameters of a reference without phases.
 const OF_REFERENCE: usize = 3;
 
-/// Of the curve `alone`, without its reference; `None` where the curve by itself is no resonance.
+/// Fit of the curve `alone`, without its reference; `None` if the curve alone is not a resonance.
 ///
-/// A background, a constant, a drag or sliding friction that only the drive asks for makes up for one that differs: the
-/// fits are weighed by all of their parameters.
+/// A background, a constant, drag or sliding friction that only the known drive requires compensates for a different
+/// drive; therefore all parameters enter the weights of the fits.
 pub(super) fn free_gain(
     fitted: &FittedModels,
     alone: PreparedCurve,
@@ -32,7 +32,7 @@ pub(super) fn free_gain(
     let options = Options { reference: None, drive_amplitude: None, ..options.clone() };
     let alone = selection::best_fit(&alone, &options, criteria, errors_known).ok()?;
     let other = alone.comparison.reported().or_else(|| alone.comparison.preferred())?;
-    // Judged by the points as the joint fit weighs them.
+    // Evaluated with the weights of the points in the joint fit.
     let free = other.unbounded.free.clone();
     let problem = Problem { reference: None, prior: None, ..fitted.problem.clone() }.with(&free);
     let problem = Problem { background_delayed: alone.problem.background_delayed, ..problem };

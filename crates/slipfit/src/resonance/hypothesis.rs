@@ -1,4 +1,4 @@
-//! Hypotheses about a curve: how its phases are taken, and which instrument terms a fit starts from.
+//! Hypotheses about a curve: the treatment of its phases, and the instrument terms from which a fit starts.
 
 use super::Options;
 use super::block::Block;
@@ -8,14 +8,14 @@ use super::peak::{self, Peak};
 use super::prepared::PreparedCurve;
 use super::start::{self, Start};
 
-/// What a hypothesis assumes.
+/// Assumptions of a hypothesis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
-    /// The curve as measured; background and delay are added only as the data need them.
+    /// The curve as measured; background and delay are added only if the data require them.
     Plain,
     /// A background, a delay or both from the start.
     Instrument,
-    /// Amplitudes alone: the phases are not those of the resonance.
+    /// Amplitudes alone, because the phases are not those of the resonance.
     Amplitudes,
 }
 
@@ -25,15 +25,14 @@ pub(super) struct Hypothesis {
     pub(super) kind: Kind,
     pub(super) peak: Peak,
     pub(super) instrument: InstrumentTerms,
-    /// From the phases, where there are any.
+    /// Start values from the phases, if there are any.
     pub(super) oscillator: Option<Start>,
-    /// Phases run the other way (`e^(-i omega t)`) and are conjugated.
+    /// Whether the phases have the opposite sign (`e^(-i omega t)`) and are conjugated.
     pub(super) conjugated: bool,
 }
 
 impl Hypothesis {
-    /// `seen` is the curve without the instrument terms; the sign of its loss tells which way the
-    /// phases run.
+    /// `seen` is the curve without the instrument terms; the sign of its loss determines the sign of the phases.
     fn new(kind: Kind, seen: &Block, peak: Peak, mut instrument: InstrumentTerms) -> Self {
         let (oscillator, conjugated) =
             start::linear(seen, &peak, true).map_or((None, false), |(start, c)| (Some(start), c));
@@ -52,7 +51,7 @@ impl Hypothesis {
         Self::new(Kind::Plain, seen, curve.peak, instrument)
     }
 
-    /// Backgrounds and delays worth a fit, the likeliest first.
+    /// Hypotheses with backgrounds and delays worth a fit, the most likely first.
     pub(super) fn with_instrument(
         curve: &PreparedCurve,
         options: &Options,
@@ -69,7 +68,7 @@ impl Hypothesis {
         Some(Self::new(Kind::Amplitudes, &seen, peak, InstrumentTerms::default()))
     }
 
-    /// Points as this hypothesis takes them.
+    /// The points as treated by this hypothesis.
     pub(super) fn view(&self, points: &Block) -> Block {
         match self.kind {
             Kind::Amplitudes => points.without_phases(),

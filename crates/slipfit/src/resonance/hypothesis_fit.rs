@@ -1,4 +1,4 @@
-//! The fit of a hypothesis: viscous damping and sliding friction, beside what the hypothesis assumes.
+//! The fit of a hypothesis: viscous damping and sliding friction, in addition to the terms of the hypothesis.
 
 use super::Options;
 use super::alternatives::OtherFit;
@@ -26,26 +26,26 @@ pub(super) struct HypothesisFit<'a> {
     pub(super) hypothesis: Hypothesis,
     pub(super) problem: Problem,
     pub(super) fit: Fit,
-    /// Start values of the oscillator, and of the instrument with them.
+    /// Start values of the oscillator together with those of the instrument.
     pub(super) starts: Vec<Vec<f64>>,
     /// Other sets of instrument terms, fitted.
     pub(super) others: Vec<OtherFit>,
-    /// Several minima, where a background was looked for under amplitudes.
+    /// Several minima, if a background in amplitudes was searched for.
     pub(super) minima: Vec<Fit>,
-    /// Oscillators that fit best at each of many backgrounds, without and with a Duffing term: starts of that
-    /// search for every set of terms, found when one first asks for them.
+    /// Oscillators that fit best at each of many backgrounds, without and with a Duffing term: starts of that search
+    /// for every set of terms, computed on first use.
     pub(super) background_starts: [OnceCell<Vec<Vec<f64>>>; 2],
     pub(super) outliers: usize,
-    /// Noise of one amplitude, from differences of neighbours.
+    /// Noise of one amplitude, from differences between neighbours.
     pub(super) noise: f64,
-    /// Variance that the curve left by itself, before terms were added.
+    /// Residual variance of the curve alone, before terms were added.
     pub(super) first_variance: f64,
-    /// Parameters free before terms were added or dropped.
+    /// Free parameters before terms were added or dropped.
     full: Vec<usize>,
 }
 
 impl<'a> HypothesisFit<'a> {
-    /// Fits curve and reference, Rice's noise and outliers settled.
+    /// Fits curve and reference, with Rice noise and outliers treated.
     pub(super) fn new(
         curve: &PreparedCurve,
         hypothesis: Hypothesis,
@@ -67,7 +67,7 @@ impl<'a> HypothesisFit<'a> {
         Ok(this)
     }
 
-    /// The curve without its reference, to learn the noise that weighs it; the reference by itself.
+    /// Fits the curve without its reference, to estimate the noise that weights it, and the reference alone.
     fn curve_alone(
         curve: &PreparedCurve,
         hypothesis: Hypothesis,
@@ -144,7 +144,7 @@ impl<'a> HypothesisFit<'a> {
         Ok((this, reference))
     }
 
-    /// Fits curve and reference together, each weighed by its own noise.
+    /// Fits curve and reference together, each weighted by its own noise.
     fn join(&mut self, reference: Option<FrictionFreeFit>) {
         let weight = |of_curve: f64, of_reference: f64| (of_curve / of_reference).clamp(1e-12, 1e12);
         if let Some(drive) = self.options.drive_amplitude.filter(|d| d.std_error > 0.0) {
@@ -164,8 +164,8 @@ impl<'a> HypothesisFit<'a> {
             Some(fit) => self.fit = fit,
             None => self.fit.free.clone_from(&self.full),
         }
-        // Without the reference the shape alone may have ended elsewhere, its residuals no measure
-        // of the noise: beside the reference they are.
+        // Without the reference the fit from the shape alone may have ended at another minimum, where its residuals do
+        // not measure the noise; with the reference they do.
         let Some(reference_variance) = reference_variance else { return };
         let c = &self.criteria.reference;
         let own = self.problem.used.len() as f64;
@@ -183,8 +183,8 @@ impl<'a> HypothesisFit<'a> {
         }
     }
 
-    /// Weighs the reference by what the fit leaves of it now: before the instrument had its terms,
-    /// that was no noise. Whether the weight changed.
+    /// Weights the reference by its residuals in the present fit: before the instrument terms were added, they were not
+    /// noise. Returns whether the weight changed.
     pub(super) fn settle_reference(&mut self) -> bool {
         let Some(reference) = &self.problem.reference else { return false };
         let c = &self.criteria.reference;
@@ -204,7 +204,7 @@ impl<'a> HypothesisFit<'a> {
         true
     }
 
-    /// The fit again, from where it is; whether there is one.
+    /// Repeats the fit from the present parameters; returns whether there is one.
     fn refit(&mut self) -> bool {
         let here = std::slice::from_ref(&self.fit.parameters);
         let found = best(&self.problem, here, &self.full, &self.criteria.search);
@@ -213,12 +213,12 @@ impl<'a> HypothesisFit<'a> {
         exists
     }
 
-    /// Variance of a point of precision one.
+    /// Variance of a point with precision one.
     pub(super) fn variance(&self) -> f64 {
         variance(&self.problem, &self.fit)
     }
 
-    /// Amplitudes carry Rice's noise; its size comes from the residuals.
+    /// For amplitudes, sets the Rice noise from the residuals.
     pub(super) fn settle_rice(&mut self) {
         if !self.problem.main.complex {
             let variance = self.variance();
@@ -226,7 +226,7 @@ impl<'a> HypothesisFit<'a> {
         }
     }
 
-    /// Whether the fit has more terms than the hypothesis began with, or a background.
+    /// Whether the fit has more terms than the hypothesis started with, or a background.
     pub(super) fn has_more_terms(&self) -> bool {
         self.fit.free.len() > self.full.len() || self.fit.free.contains(&BG_RE)
     }

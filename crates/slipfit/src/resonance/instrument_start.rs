@@ -1,4 +1,4 @@
-//! Start values of background and delay, by linear equations alone.
+//! Start values of background and delay, from linear equations alone.
 
 use super::Options;
 use super::block::Block;
@@ -9,32 +9,32 @@ use crate::numeric::{GOLDEN_SECTION, order::sort_by_value};
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::FRAC_PI_2;
 
-/// Between delays tried, in units of one over half the span: an eighth of a turn.
+/// Step between the delays tried, in units of one over half the span: an eighth of a turn.
 const STEP: f64 = 0.5 * FRAC_PI_2;
 
-/// Background and delay to start from.
+/// Start values of background and delay.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct InstrumentTerms {
     /// Background at the peak.
     pub(super) background: Phasor,
     /// Delay, s.
     pub(super) delay: f64,
-    /// The delay is the background's too.
+    /// Whether the delay also applies to the background.
     pub(super) delayed: bool,
 }
 
-/// The same with what they leave.
+/// The same, with the remaining curve.
 #[derive(Clone)]
 pub(super) struct InstrumentStart {
     pub(super) terms: InstrumentTerms,
     /// The points without background and delay.
     pub(super) without: Block,
-    /// The peak of those.
+    /// The peak of these points.
     pub(super) peak: Peak,
 }
 
-/// A peak above the straight line between the two ends of the curve, as of a quartz in liquid on its
-/// parallel capacitance, where the points as they are show no whole peak.
+/// A peak above the straight line between the two ends of the curve, such as that of a quartz crystal in liquid above
+/// its parallel capacitance, if the points without this correction show no complete peak.
 pub(super) fn baseline(b: &Block, peak: &Peak, c: &InstrumentCriteria) -> Option<InstrumentStart> {
     let n = b.len();
     if !b.complex || n < c.baseline_points || peak.sides.iter().all(Option::is_some) {
@@ -51,22 +51,22 @@ pub(super) fn baseline(b: &Block, peak: &Peak, c: &InstrumentCriteria) -> Option
     let data = b.omega.iter().zip(&b.data).map(|(&w, z)| z - at(w)).collect();
     let without = Block { data, ..b.clone() };
     let peak = peak::find(&without)?;
-    // The differences of amplitudes beside the peak are all noise once nothing else is left.
+    // The differences of amplitudes off the peak are pure noise once nothing else is left.
     let whole = peak.sides.iter().all(Option::is_some);
     let stands_out = whole && peak.height > c.baseline_above_noise * peak::noise(&without);
     let terms = InstrumentTerms { background: at(peak.omega), ..InstrumentTerms::default() };
     stands_out.then_some(InstrumentStart { terms, without, peak })
 }
 
-/// Start values of background and delay, the best first, from one pole on both,
+/// Start values of background and delay, the best first, from a model with one pole,
 ///
 /// ```text
 /// z = b + c e^(-i s tau)/(s - p)   =>   z s = p z + b s + d + c e^(-i s tau),   d = -b p
 /// ```
 ///
-/// or, where the delay is the background's too, of `z e^(i s tau)` without one;
-/// linear in `p`, `b`, `c` and `d` at each delay of a grid; weighted by `1/|s - p|²` of the round
-/// before (Sanathanan and Koerner's iteration), so that the sum is that of the data themselves.
+/// or, if the delay also applies to the background, for `z e^(i s tau)` without a delay; linear in `p`, `b`, `c` and
+/// `d` at each delay of a grid; weighted by `1/|s - p|²` of the previous iteration (Sanathanan and Koerner's
+/// iteration), so that the sum of squares refers to the data themselves.
 pub(super) fn find(b: &Block, options: &Options, c: &InstrumentCriteria) -> Vec<InstrumentStart> {
     let n = b.len();
     if !b.complex || n < c.pole_points {
@@ -77,13 +77,13 @@ pub(super) fn find(b: &Block, options: &Options, c: &InstrumentCriteria) -> Vec<
     let half = (0.5 * (b.omega[n - 1] - b.omega[0])).max(f64::MIN_POSITIVE);
     let may_be_delayed = options.terms.delay != Some(false);
     let most = if may_be_delayed { c.most_quarters.min(n / 2) } else { 0 };
-    // A short delay turns a large background all the same.
+    // Even a short delay rotates a large background noticeably.
     let short = [0.1, 0.5].into_iter().filter(|_| most > 0);
     let delays = short.chain((1..=most).map(|k| k as f64)).flat_map(|k| [STEP * k, -STEP * k]);
     let total: f64 = b.data.iter().zip(&b.weight).map(|(z, w)| w * z.norm_sqr()).sum();
     let tried_at = |delay: f64, delayed: bool| {
         let p = pole(b, [middle, half], delay, background, delayed)?;
-        // A pole with a delay describes one without as well: it must do better than that.
+        // A pole with a delay also describes one without, so it must fit better.
         let least = 1e-9 * total;
         Some(Pole { rss: if p.delay == 0.0 { p.rss } else { c.delay_penalty * p.rss + least }, ..p })
     };
@@ -93,7 +93,7 @@ pub(super) fn find(b: &Block, options: &Options, c: &InstrumentCriteria) -> Vec<
         .filter(|&(delay, delayed)| !delayed || (delay != 0.0 && background))
         .filter_map(|(delay, delayed)| tried_at(delay, delayed))
         .collect();
-    // The least of each neighbourhood.
+    // The minimum of each neighbourhood.
     let beside = |p: &Pole, q: &Pole| p.delayed == q.delayed && (p.delay - q.delay).abs() < 1.2 * STEP;
     let mut least: Vec<Pole> =
         tried.iter().filter(|p| tried.iter().all(|q| !beside(p, q) || q.rss >= p.rss)).copied().collect();
@@ -109,7 +109,7 @@ pub(super) fn find(b: &Block, options: &Options, c: &InstrumentCriteria) -> Vec<
     least.iter().filter(|p| p.rss <= most).filter_map(|p| without(b, p, middle, p.delay / half)).collect()
 }
 
-/// Where between its neighbours on the grid a delay leaves least: golden section.
+/// Minimises over the delay between its neighbours on the grid by golden section.
 fn refined(from: Pole, at: impl Fn(f64) -> Option<Pole>) -> Pole {
     const ROUNDS: usize = 10;
     let (mut low, mut high) = (from.delay - STEP, from.delay + STEP);
@@ -130,7 +130,7 @@ fn refined(from: Pole, at: impl Fn(f64) -> Option<Pole>) -> Pole {
     best
 }
 
-/// The points without background and delay.
+/// The points with background and delay removed.
 fn without(b: &Block, pole: &Pole, middle: f64, delay: f64) -> Option<InstrumentStart> {
     let background = |omega: f64| match pole.delayed {
         true => pole.background * Phasor::from_polar(1.0, (middle - omega) * delay),
@@ -152,7 +152,7 @@ struct Pole {
     background: Phasor,
     /// In units of one over half the span.
     delay: f64,
-    /// The delay is the background's too.
+    /// Whether the delay also applies to the background.
     delayed: bool,
 }
 
@@ -160,7 +160,7 @@ fn pole(b: &Block, [middle, half]: [f64; 2], delay: f64, background: bool, delay
     const ROUNDS: usize = 6;
     let n = b.len();
     let one = Phasor::new(1.0, 0.0);
-    // z, s, 1, e^(-i s tau): those that are asked for.
+    // z, s, 1, e^(-i s tau): those columns that are used.
     let width = match (background, delay != 0.0 && !delayed) {
         (true, true) => 4,
         (true, false) => 3,
@@ -226,7 +226,7 @@ mod tests {
             Block::new(&Curve::complex(hz.clone(), z.collect()).build().unwrap())
         };
         let c = Criteria::default().instrument;
-        // A turn across this sweep is a delay of 10.
+        // One turn across this sweep corresponds to a delay of 10.
         for (background, delay, delayed) in [
             (Phasor::new(-0.6, 0.7), 0.0, false),
             (Phasor::new(0.3, -0.2), 31.0, false),

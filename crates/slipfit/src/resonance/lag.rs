@@ -1,4 +1,4 @@
-//! Points that lag behind the frequency: each keeps a part of the one measured before it.
+//! Lag of the points behind the frequency: each retains a part of the one measured before it.
 
 use super::bias::centred;
 use super::criteria::LagCriteria;
@@ -8,24 +8,24 @@ use crate::inference::least_squares::{Fit, LeastSquares, Normal, minimise, newto
 use crate::inference::noise::NoiseModel;
 use crate::motion::steady::Phasor;
 
-/// A low-pass through which the points are read, one after another.
+/// A low-pass filter through which the points are read one after another.
 ///
 /// Point `i` is `y_i = z_i + q (y_(i-1) - z_i)` instead of `z_i`, with `q = e^(-T/tau)` of an instrument, or
 /// `q = e^(-(delta + i (omega - omega_0)) T)` of the resonator itself, which rings at its own frequency.
 #[derive(Clone, Copy)]
 struct LowPass {
     resonator: bool,
-    /// Time between two points over that in which it forgets.
+    /// Time between two points over the relaxation time.
     step: f64,
 }
 
-/// By how much a lag moves the natural frequency, rad/s, where the residuals show one.
+/// Shift of the natural frequency due to a lag, rad/s, if the residuals show a lag.
 ///
-/// Most of a lag is a shift of the frequency, which nobody sees in a single sweep. What the parameters do not take up is
-/// one direction of the residuals for each low-pass. Where a larger lag was taken for a term of the instrument or the
-/// spring, it is fitted in their place.
+/// Most of a lag is a shift of the frequency, which cannot be detected in a single sweep. The part that the parameters
+/// do not absorb is one direction of the residuals for each low-pass filter. If a larger lag was fitted by an
+/// instrument term or the Duffing term, the lag is fitted in its place.
 ///
-/// `neighbour_noise` is that of a point from differences of the residuals.
+/// `neighbour_noise` is the noise of a point from differences of the residuals.
 pub(super) fn shift(
     problem: &Problem,
     fit: &Fit,
@@ -34,7 +34,8 @@ pub(super) fn shift(
     c: &LagCriteria,
 ) -> Option<f64> {
     let (gain, shift) = left_over(problem, fit, noise, c)?;
-    // Where more than noise is left, a lag must explain it down to that: another cause looks a little like one.
+    // If the residuals are more than noise, a lag must reduce them to the noise, because other causes look somewhat
+    // like a lag.
     let most = if noise.variance_inflation > 1.0 {
         c.noise_variances * neighbour_noise * neighbour_noise * noise.observations
     } else {
@@ -72,8 +73,8 @@ fn steps(c: &LagCriteria) -> impl Iterator<Item = f64> {
     (0..c.steps).map(|k| c.longest_step * c.finer.powi(k as i32))
 }
 
-/// By how much the likeliest lag lowers the sum of squares, in variances of a point, and how it moves `omega_0`, both
-/// to first order.
+/// Decrease of the sum of squares by the most likely lag, in variances of a point, and the resulting shift of
+/// `omega_0`, both to first order.
 fn left_over(problem: &Problem, fit: &Fit, noise: NoiseModel, c: &LagCriteria) -> Option<(f64, f64)> {
     let (b, p) = (&problem.main, &fit.parameters);
     let still = centred(problem, p)?;
@@ -104,7 +105,8 @@ fn left_over(problem: &Problem, fit: &Fit, noise: NoiseModel, c: &LagCriteria) -
     Some(best)
 }
 
-/// The fit with a lag, from one without or with a weaker one: what it adds is taken off the points, twice.
+/// The fit with a lag, from a fit without one or with a weaker one: the effect of the lag is subtracted from the
+/// points, in two iterations.
 fn instead(problem: &Problem, from: &Fit, lag: LowPass) -> Option<Fit> {
     let mut fit = from.clone();
     for _ in 0..2 {
@@ -121,7 +123,7 @@ fn modelled(problem: &Problem, p: &[f64]) -> Option<Vec<Modelled>> {
 }
 
 impl LowPass {
-    /// What it adds to the reading of each point.
+    /// Contribution of the lag to the reading of each point.
     fn apart(self, problem: &Problem, p: &[f64], modelled: &[Modelled]) -> Option<Vec<Phasor>> {
         let b = &problem.main;
         let at = problem.response(p, false);
@@ -150,8 +152,8 @@ mod tests {
     use crate::noise::jitter;
     use crate::{Oscillator, Parameter};
 
-    /// Natural frequency over the true one, and its shift by a lag where one is named; `kept` is what each point keeps
-    /// of the one before.
+    /// Ratio of the natural frequency to the true one, and its shift by a lag if one is reported; `kept` is the part of
+    /// the previous point that each point retains.
     fn analysed(seed: u64, x_f: f64, kept: f64, down: bool, phases: bool) -> (f64, Option<f64>) {
         let o = Oscillator::builder()
             .frequency_hz(1.0)

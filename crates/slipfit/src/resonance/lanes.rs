@@ -1,7 +1,7 @@
-//! The oscillator at many points of a curve at a time.
+//! The oscillator at many points of a curve at once.
 //!
-//! The closed form is computed for a piece of the curve at once; points where the mass stops, or
-//! where it might turn on the way, one by one.
+//! The closed form is computed for a piece of the curve at once; points where the mass stops, or where it might turn
+//! within a half cycle, are computed one by one.
 
 use super::Method;
 use super::block::Block;
@@ -13,28 +13,28 @@ use crate::numeric::products::WIDTH;
 use crate::numeric::trig;
 use std::f64::consts::FRAC_PI_2;
 
-/// Points computed together; real and imaginary parts fill a row.
+/// Number of points computed together; real and imaginary parts fill a row.
 pub(super) const PIECE: usize = WIDTH / 2;
 
 pub(super) type Row = [f64; PIECE];
 
-/// Points in use, the last repeated with weight zero to fill the piece.
+/// Points in use; the last one is repeated with weight zero to fill the piece.
 pub(super) struct Points {
     pub(super) count: usize,
     pub(super) index: [usize; PIECE],
     pub(super) omega: Row,
     pub(super) re: Row,
     pub(super) im: Row,
-    /// Root of the weight.
+    /// Square root of the weight.
     pub(super) root: Row,
-    /// Every weight is one.
+    /// Whether every weight is one.
     pub(super) even: bool,
     pub(super) level: Row,
-    /// Amplitude measured, where it says which branch is meant.
+    /// Measured amplitude, which selects the branch.
     guess: Row,
 }
 
-/// Amplitudes on which the response at a piece depends, and what they do to its derivatives.
+/// Amplitudes on which the response at a piece depends, and their effect on its derivatives.
 struct OwnAmplitudes {
     r: Row,
     turn_re: Row,
@@ -48,7 +48,7 @@ impl OwnAmplitudes {
     }
 }
 
-/// Oscillators at their amplitudes.
+/// Oscillators evaluated at their amplitudes.
 struct MovedOscillators<const N: usize> {
     omega_0: [f64; N],
     detuning: [f64; N],
@@ -98,7 +98,7 @@ impl<const N: usize> MovedOscillators<N> {
     }
 }
 
-/// Points from which on a group is worth its lanes.
+/// Smallest number of points for which a group is faster than single points.
 const LEAST_OF_GROUP: usize = 2;
 
 /// The oscillator at the points of a piece.
@@ -107,7 +107,7 @@ pub(super) struct Lanes {
     pub(super) im: Row,
     pub(super) by_re: [Row; OWN],
     pub(super) by_im: [Row; OWN],
-    /// At least zero where the closed form is the motion.
+    /// Not negative where the closed form is valid.
     margin: Row,
 }
 
@@ -126,7 +126,7 @@ impl Points {
         }
     }
 
-    /// Takes the next points of a block from `from` on, and says where to go on.
+    /// Takes the next points of a block, starting at `from`, and returns where to continue.
     #[inline(always)]
     pub(super) fn gather(&mut self, b: &Block, at: &ModelResponse, from: usize) -> usize {
         let whole = from..from + PIECE;
@@ -154,7 +154,8 @@ impl Points {
         next
     }
 
-    /// Whether short series do: points go by rising frequency, and `omega_d/omega` falls.
+    /// Whether short series are sufficient; the points are in order of increasing frequency, and `omega_d/omega`
+    /// decreases.
     #[inline(always)]
     fn short_series_hold(&self, at: &ModelResponse) -> bool {
         [0, PIECE - 1].into_iter().all(|k| {
@@ -164,7 +165,7 @@ impl Points {
         })
     }
 
-    /// A piece of which every point is in use.
+    /// A piece in which every point is in use.
     #[inline(always)]
     fn whole(&mut self, b: &Block, from: usize) {
         let whole = from..from + PIECE;
@@ -177,7 +178,7 @@ impl Points {
         }
     }
 
-    /// The next points in use, and where to go on.
+    /// Takes the next points in use and returns where to continue.
     fn in_use(&mut self, b: &Block, from: usize) -> usize {
         let mut i = from;
         let mut k = 0;
@@ -203,17 +204,17 @@ impl Points {
     }
 }
 
-/// How far the series of the angles and the decay reach.
+/// Range of validity of the series of the angles and the decay.
 const SHORT: u8 = 0;
-/// Decay rates up to the frequency.
+/// For decay rates up to the frequency.
 const MEDIUM: u8 = 1;
-/// Any that are worth it.
+/// For all decay rates up to a limit.
 const WIDE: u8 = 2;
 
-/// Decay rate over the frequency up to which [`WIDE`] holds.
+/// Ratio of the decay rate to the frequency up to which [`WIDE`] is valid.
 const WIDEST: f64 = 100.0;
 
-/// `1/omega` and what the closed form asks of the angles, by series.
+/// `1/omega` and the functions of the angles in the closed form, computed by series.
 #[inline(always)]
 fn half_angles<const FUSED: bool, const REACH: u8>(point: &Point) -> (f64, Halves) {
     let over_omega = 1.0 / point.omega;
@@ -235,15 +236,15 @@ fn half_angles<const FUSED: bool, const REACH: u8>(point: &Point) -> (f64, Halve
     (over_omega, halves)
 }
 
-/// The closed form where these series hold; the second value is not finite elsewhere.
+/// The closed form where these series are valid; elsewhere the second value is not finite.
 #[inline(always)]
 fn quick<const REACH: u8>(point: &Point, (over_omega, halves): (f64, Halves)) -> (Closed, f64) {
     let c = closed_form(point, over_omega, halves);
     let series = point.delta.abs() * over_omega <= if REACH == WIDE { WIDEST } else { 1.0 };
-    // Without friction below zero there is a motion whatever the turn looks like.
+    // If the friction is not positive, there is a motion regardless of the turning condition.
     let moves = if point.x_f > 0.0 { c.push(point.x_f) } else { c.turned() };
     let keeps = point.x_f <= 0.0 || point.omega > NEVER_TURNS * point.omega_0;
-    // A turn that has no value is none, whatever the frequency.
+    // If the turning condition has no value, there is no turn, whatever the frequency.
     let moves = if (point.x_f > 0.0) & moves.is_nan() { -1.0 } else { moves };
     let margin = if series & (keeps | (moves < 0.0)) { moves } else { f64::NAN };
     (c, margin)
@@ -260,7 +261,7 @@ impl Lanes {
         }
     }
 
-    /// The oscillator at every point, and its derivatives; `None` where it has no motion.
+    /// The oscillator at every point, and its derivatives; `None` if it has no motion at some point.
     #[inline(always)]
     pub(super) fn respond<const FUSED: bool>(
         &mut self,
@@ -324,7 +325,7 @@ impl Lanes {
         self.margin.iter().fold(true, |all, m| all & (*m >= 0.0))
     }
 
-    /// Motions with one stop each half cycle among a group of points that have no closed form.
+    /// Motions with one stop per half cycle at those points of a group that have no closed form.
     #[inline(always)]
     fn one_stops(
         &mut self,
@@ -346,7 +347,7 @@ impl Lanes {
         let slips = match follower.slips(&omega) {
             Some(slips) => slips,
             None => {
-                // The first by itself, the others beside it.
+                // The first point is computed alone, the others from it.
                 let k = first + wanted.iter().position(|w| *w).unwrap_or(0);
                 self.single(at, points, k, follower)?;
                 let Some(slips) = follower.slips(&omega) else { return Some(()) };
@@ -424,7 +425,7 @@ impl Lanes {
         follower.follow(&group.omega, &slips, &found);
     }
 
-    /// One point by the method that takes any motion.
+    /// Computes one point by the method that is valid for any motion.
     #[inline(never)]
     fn single(
         &mut self,
@@ -445,7 +446,7 @@ impl Lanes {
 
     #[inline(always)]
     fn closed<const FUSED: bool, const REACH: u8>(&mut self, at: &ModelResponse, points: &Points) {
-        // Two loops: divisions of one group of lanes go on beside the series of the next.
+        // Two loops, so that the divisions of one group of lanes overlap with the series of the next.
         let mut over_omega = [0.0; PIECE];
         let mut halves = [[0.0; PIECE]; 4];
         for k in 0..PIECE {
@@ -468,7 +469,8 @@ impl Lanes {
         }
     }
 
-    /// With drag and a Duffing term: Newton's method for the amplitude at all points at once; the steps taken.
+    /// With drag and a Duffing term: Newton's method for the amplitude at all points at once; returns the number of
+    /// steps.
     #[inline(always)]
     fn at_own_amplitude<const FUSED: bool>(
         &mut self,
@@ -484,7 +486,7 @@ impl Lanes {
         loop {
             let mut moved = MovedOscillators::<PIECE>::new();
             moved.fill(at, &points.omega, &points.level, &own.r);
-            // Several loops: each of them becomes vector instructions.
+            // Several loops, each of which is compiled to vector instructions.
             let mut over_omega = [0.0; PIECE];
             let mut halves = [[0.0; PIECE]; 4];
             for k in 0..PIECE {
@@ -524,7 +526,7 @@ impl Lanes {
         steps
     }
 
-    /// Derivatives at fixed amplitudes become those with the amplitudes that follow.
+    /// Converts derivatives at fixed amplitudes to total derivatives, with the amplitudes changing.
     #[inline(always)]
     fn through_amplitudes(&mut self, at: &ModelResponse, points: &Points, own: &OwnAmplitudes) {
         let over_centre = 1.0 / at.centre;
@@ -555,7 +557,7 @@ impl Lanes {
         }
     }
 
-    /// Zeros in a lane without a point.
+    /// Sets a lane without a point to zero.
     #[inline(always)]
     fn clear(&mut self, k: usize) {
         (self.re[k], self.im[k]) = (0.0, 0.0);

@@ -1,22 +1,22 @@
-//! What the means of dense points lose by the curvature of the response within a group.
+//! Effect of the curvature of the response within a group on the means of dense points.
 
 use super::block::Block;
 use super::fitted_models::FittedModels;
 use super::prepared::PreparedCurve;
 use crate::motion::steady::Phasor;
 
-/// The curve with its means as they would be were the response straight within each group: without the difference
-/// between the mean of the fitted response over a group and the response at the mean frequency. `None` where no
-/// parameter would move by more than `errors` standard errors for it.
+/// The curve with its means corrected for the curvature of the response within each group: the difference between the
+/// mean of the fitted response over a group and the response at the mean frequency is subtracted. `None` if no
+/// parameter would change by more than `errors` standard errors.
 ///
-/// By the inequality of Cauchy and Schwarz a change of the data moves no parameter by more standard errors than the
-/// root of its sum of squares over the variance of a point. What a fit to uncorrected means gets wrong enters the
-/// correction by the small part of the response that is lost, so that few rounds lead to rounding.
+/// By the Cauchy-Schwarz inequality a change of the data changes no parameter by more standard errors than the square
+/// root of its sum of squares over the variance of a point. The error of a fit to uncorrected means enters the
+/// correction only through the small part of the response that is lost, so that a few iterations converge to rounding.
 pub(super) fn corrected(curve: &PreparedCurve, fitted: &FittedModels, errors: f64) -> Option<PreparedCurve> {
     let (all, measured) = (fitted.all.as_ref()?, curve.all.as_ref()?);
     let chosen = fitted.comparison.reported().or_else(|| fitted.comparison.preferred())?;
     let groups = &fitted.problem.main;
-    // Amplitudes of complex means are no means of amplitudes.
+    // Amplitudes of complex means are not means of amplitudes.
     if fitted.phases_ignored || groups.len() != curve.main.len() {
         return None;
     }
@@ -27,7 +27,7 @@ pub(super) fn corrected(curve: &PreparedCurve, fitted: &FittedModels, errors: f6
         let value = |(i, m): (usize, Option<_>)| m.map_or(NONE, |m| problem.main.reading(i, &m));
         problem.predict(p, false).into_iter().enumerate().map(value).collect()
     };
-    // Weighed as the measured points were, whatever the fit made of their errors.
+    // Weighted as the measured points were, whatever the fit did with their errors.
     let precision = measured.precision.clone();
     let means = Block { data: modelled(all), precision, ..all.clone() }.grouped(curve.group).data;
     let lost_by = |(mean, centre): (&Phasor, Phasor)| {
@@ -49,5 +49,5 @@ pub(super) fn corrected(curve: &PreparedCurve, fitted: &FittedModels, errors: f6
     Some(better)
 }
 
-/// Where the model has no motion.
+/// Value where the model has no motion.
 const NONE: Phasor = Phasor::new(f64::NAN, f64::NAN);

@@ -1,4 +1,4 @@
-//! Errors of points and a drive as measured: what the residuals say of them.
+//! Measured errors of the points and measured drive: comparison with the residuals.
 
 use super::Options;
 use super::block::Block;
@@ -10,12 +10,12 @@ use super::selection;
 use crate::Error;
 use nalgebra::{DMatrix, DVector};
 
-/// The best fit with the columns as they are; with the smooth course of the drive, and with errors that the residuals
-/// themselves give, where that describes the response better by a margin, or where there is no fit otherwise.
+/// The best fit with the columns as they are, or with a smoothed drive, or with errors estimated from the residuals, if
+/// that describes the response better by a margin or if there is no fit otherwise.
 ///
-/// Noise of a measured drive is none of the motion's, and a model that follows it errs towards the losses under which
-/// the drive matters least. Errors of few repeats scatter themselves (of three repeats by 64 %), and weights by them
-/// are those of a few points.
+/// Noise of a measured drive does not affect the motion, and a model that follows it is biased towards losses for which
+/// the drive matters least. Errors from few repeats scatter themselves (from three repeats by 64 %), and weights
+/// derived from them give most weight to a few points.
 pub(super) fn best_fit(
     curve: &PreparedCurve,
     options: &Options,
@@ -44,7 +44,7 @@ pub(super) fn best_fit(
     found.map(|f| FittedModels { set_aside, ..f })
 }
 
-/// The fit of the other curve, where it is better than the one found or there is none.
+/// The fit of the other curve, if it is better than the one found or if there is none.
 fn better(
     found: &Result<FittedModels, Error>,
     other: &PreparedCurve,
@@ -61,7 +61,7 @@ fn better(
     (gain > criteria.columns.margin).then_some(candidate)
 }
 
-/// The curve under the smooth course of its drive, and how the drive scatters about that.
+/// The curve with a smoothed drive, and the scatter of the drive about it.
 fn with_smooth_drive(curve: &PreparedCurve, c: &ColumnCriteria) -> Option<(PreparedCurve, f64)> {
     let (smooth, scatter) = course(&curve.main, c)?;
     let mut other = curve.clone();
@@ -74,8 +74,8 @@ fn with_smooth_drive(curve: &PreparedCurve, c: &ColumnCriteria) -> Option<(Prepa
     Some((other, scatter))
 }
 
-/// The polynomial of lowest BIC through the relative drive, and the scatter about it; `None` where it
-/// does not scatter.
+/// The polynomial of lowest BIC through the relative drive, and the scatter about it; `None` if the drive does not
+/// scatter.
 fn course(b: &Block, c: &ColumnCriteria) -> Option<(Vec<f64>, f64)> {
     let n = b.len();
     let (first, last) = (*b.omega.first()?, *b.omega.last()?);
@@ -96,8 +96,8 @@ fn course(b: &Block, c: &ColumnCriteria) -> Option<(Vec<f64>, f64)> {
     (above_zero && scatter > c.drive_scatter).then(|| (fitted.iter().copied().collect(), scatter))
 }
 
-/// Standard deviation of the logarithm of the errors from point to point: by second differences, whose median a smooth
-/// course hardly moves.
+/// Standard deviation of the logarithm of the errors from point to point, from second differences, whose median is
+/// hardly affected by a smooth variation.
 fn error_scatter(b: &Block) -> Option<f64> {
     let error: Vec<f64> = b.precision.iter().map(|p| -0.5 * p.ln()).collect();
     let mut second: Vec<f64> = error.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs()).collect();
@@ -105,11 +105,11 @@ fn error_scatter(b: &Block) -> Option<f64> {
         return None;
     }
     let middle = second.len() / 2;
-    // Half of a normal variable's absolute values lie below 0.6745 of its deviation.
+    // Half of the absolute values of a normal variable are below 0.6745 standard deviations.
     Some(*second.select_nth_unstable_by(middle, f64::total_cmp).1 / (0.6745 * 6f64.sqrt()))
 }
 
-/// The curve with every point as sure as another.
+/// The curve with equal errors for all points.
 fn with_equal_errors(curve: &PreparedCurve) -> PreparedCurve {
     let mut other = curve.clone();
     let blocks = [Some(&mut other.main), other.reference.as_mut(), other.all.as_mut()];
@@ -134,7 +134,7 @@ mod tests {
         (0..POINTS).map(|i| 1.0 + 0.03 * (2.0 * i as f64 / (POINTS - 1) as f64 - 1.0)).collect()
     }
 
-    /// The response of Q = 100 at one frequency under some drive.
+    /// The response for Q = 100 at one frequency and drive.
     fn response(hz: f64, drive: f64, x_f: f64) -> Phasor {
         let o = Oscillator::builder().frequency_hz(1.0).q_factor(100.0).friction_displacement(x_f).build();
         scan::reading(&o.unwrap(), drive, hz).unwrap().fundamental
@@ -146,7 +146,7 @@ mod tests {
         z.iter().enumerate().map(at).map(|z| z.norm()).collect()
     }
 
-    /// How often the friction displacement is held and how often a warning of this code is there.
+    /// Number of intervals that cover the friction displacement, and number of warnings with this code.
     fn held(x_f: f64, code: &str, curve: impl Fn(u64) -> CurveBuilder) -> (usize, usize) {
         let known = DriveAmplitude { value: 1.0, std_error: 0.0 };
         let options = Options { drive_amplitude: Some(known), ..Options::default() };
@@ -169,11 +169,11 @@ mod tests {
         let (kept, warned) = held(X_F, "drive_readback", |seed| {
             Curve::builder(hz(), noisy(&steady, 0.003, seed)).drive(read(seed, &|_| 1.0))
         });
-        // By the drive as read 9 of 20 hold it, the others find half of the friction.
+        // With the drive as read 9 of 20 intervals cover it; the others give half of the friction.
         assert!(kept >= 17 && warned == 20, "{kept} {warned}");
         let (kept, warned) = held(X_F, "drive_readback", |seed| {
             let mut drive = read(seed, &|_| 1.0);
-            // The amplitude that is known is that at the mean.
+            // The known amplitude refers to the mean drive.
             let mean = drive.iter().sum::<f64>() / POINTS as f64;
             drive.iter_mut().for_each(|d| *d /= mean);
             let z: Vec<Phasor> = hz().iter().zip(&drive).map(|(hz, d)| response(*hz, *d, X_F)).collect();

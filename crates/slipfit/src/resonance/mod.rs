@@ -1,5 +1,4 @@
-//! Resonance curves: from amplitudes (and phases) over frequency to how much of the
-//! loss is viscous and how much is sliding.
+//! Resonance curves: viscous and sliding loss from amplitudes (and phases) versus frequency.
 
 mod alternatives;
 mod analyse;

@@ -1,4 +1,4 @@
-//! Every loss model fitted beside the terms of the hypothesis taken.
+//! Fit of every loss model together with the terms of the chosen hypothesis.
 
 use super::criteria::Criteria;
 use super::fitted_models::{ColumnsSetAside, FittedModels, oscillator_seen};
@@ -17,10 +17,10 @@ use crate::inference::model_selection::ModelComparison;
 use crate::inference::noise::NoiseModel;
 use crate::model::loss::{LossModel, LossTerm};
 
-/// Start value of the friction displacement over the drive where it is the only loss.
+/// Start value of the friction displacement over the drive if it is the only loss.
 const SLIDING_ALONE: f64 = 0.7;
 
-/// Compares the loss models on the points as the hypothesis takes them.
+/// Compares the loss models on the points as treated by the hypothesis.
 pub(super) fn compare(curve: &PreparedCurve, mut chosen: HypothesisFit) -> Result<FittedModels, Error> {
     let (options, criteria) = (chosen.options, chosen.criteria);
     if let Some([value, _]) = chosen.problem.prior {
@@ -74,7 +74,7 @@ pub(super) fn compare(curve: &PreparedCurve, mut chosen: HypothesisFit) -> Resul
     })
 }
 
-/// The loss models beside the terms taken, and what residuals they are judged by.
+/// Fits the loss models together with the chosen terms, and returns the residuals by which they are judged.
 fn loss_models(chosen: &HypothesisFit) -> (ModelComparison, Autocorrelation) {
     let HypothesisFit { options, criteria, problem, fit, minima, .. } = chosen;
     let mut residuals = autocorrelation(problem, fit, &criteria.residuals);
@@ -90,7 +90,8 @@ fn loss_models(chosen: &HypothesisFit) -> (ModelComparison, Autocorrelation) {
     let tries = criteria.search.tries + 2 * minima.len();
     let noise = inflated(residuals.variance_inflation);
     let fits = fit_models(problem, &starts, &fit.free, noise, tries, options, criteria);
-    // What one loss term leaves over is no noise: it is judged beside all of them.
+    // Residuals of a single loss term are not noise; the autocorrelation is therefore taken from the fit with all
+    // terms.
     let all_terms =
         options.model.unwrap_or(LossModel::VISCOUS_DRAG).with(LossTerm::Viscous).with(LossTerm::Sliding);
     let richest = fits.iter().find(|(m, f)| *m == all_terms && f.converged);
@@ -104,7 +105,7 @@ fn loss_models(chosen: &HypothesisFit) -> (ModelComparison, Autocorrelation) {
     (ModelComparison { viscous_is_sure, ..comparison }, residuals)
 }
 
-/// Whether the viscous loss of a model is so far from zero that no data call for one without it.
+/// Whether the viscous loss of a model is so far from zero that no data require a model without it.
 fn surely_viscous(
     fits: &[(LossModel, Fit)],
     model: LossModel,
@@ -115,7 +116,7 @@ fn surely_viscous(
     fit.is_some_and(|f| f.parameters[DELTA] > criteria.models.surely_viscous * noise.std_error(f, DELTA))
 }
 
-/// Fits every loss model, each from its relatives; `free` are the parameters of the fit so far.
+/// Fits every loss model, started from related models; `free` are the parameters of the fit so far.
 fn fit_models(
     problem: &Problem,
     starts: &[Vec<f64>],
@@ -127,8 +128,8 @@ fn fit_models(
 ) -> Vec<(LossModel, Fit)> {
     let losses: Vec<usize> = LossTerm::ALL.iter().map(|t| slot(*t)).collect();
     let others: Vec<usize> = free.iter().copied().filter(|k| !losses.contains(k)).collect();
-    // The richer model of two comes first: its solution starts the smaller ones.
-    // A curve by drag or a further loss alone has no start: the exact response needs one of the two.
+    // The richer model of two comes first: its solution is a start for the smaller ones. A model with drag or a further
+    // loss alone has no start: the exact response requires viscous or sliding loss.
     let has_start = |m: &LossModel| m.has(LossTerm::Viscous) || m.has(LossTerm::Sliding);
     let simpler_first =
         LossModel::compared(options.model).filter(|m| has_start(m) && *m != LossModel::VISCOUS_SLIDING);
@@ -151,7 +152,8 @@ fn fit_models(
                     p[k] = 0.0;
                 }
             }
-            // Sliding alone has no height at resonance: the drive must fall short of it.
+            // With sliding loss alone the height at resonance is not limited by the loss; the friction must be
+            // comparable with the drive.
             let alone = terms.iter().all(|&k| k == X_F || p[k] <= 0.0);
             if !model.has(LossTerm::Viscous) && model.has_sliding() && alone {
                 p[X_F] = p[X_F].max(SLIDING_ALONE * p[X_0]);
@@ -160,8 +162,8 @@ fn fit_models(
         from.dedup();
         let own = problem.with(&free);
         if let Some(mut fit) = best_of(&own, &from, &free, tries, &criteria.search) {
-            // No model is worse than one within it, or than a richer one whose further terms are zero:
-            // a start followed among fewer points may have led elsewhere.
+            // No model can fit worse than one within it, or than a richer one whose additional terms are zero: a start
+            // followed with fewer points may have led to another minimum.
             for start in from.iter().take(fits.len()) {
                 if rss(&own, start, fit.rss).is_some_and(|left| left < fit.rss)
                     && let Some(better) = minimise(&own, start, &free).filter(|f| f.rss < fit.rss)
@@ -170,7 +172,7 @@ fn fit_models(
                 }
             }
             if model == LossModel::VISCOUS && !problem.main.complex && fit.parameters[DELTA] < 0.0 {
-                // Amplitudes are those of the mirror image as well, whose loss is above zero.
+                // Amplitudes are equally described by the mirror image, whose loss is positive.
                 let mut mirrored = fit.parameters.clone();
                 (mirrored[DELTA], mirrored[BG_IM]) = (-mirrored[DELTA], -mirrored[BG_IM]);
                 fit = minimise(&own, &mirrored, &free).filter(|f| f.parameters[DELTA] > 0.0).unwrap_or(fit);
@@ -187,12 +189,12 @@ fn fit_models(
             add(&mut fits, model);
         }
     }
-    // Beside a further loss the viscous one may be none after all: then the model within the limits is one without it.
+    // With a further loss the viscous loss may be zero after all; the model within the limits is then one without it.
     for model in left_out {
         let with = model.with(LossTerm::Viscous);
         if is_further(model) && !surely_viscous(&fits, with) {
             add(&mut fits, model);
-            // One that has none goes astray.
+            // Such a model may have no minimum; a fit that did not converge is removed.
             fits.pop_if(|(added, fit)| *added == model && !fit.converged);
         }
     }
