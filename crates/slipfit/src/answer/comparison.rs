@@ -29,7 +29,7 @@ pub struct Candidate {
 }
 
 impl Candidate {
-    /// Fitted value of a parameter; zero where the model has none.
+    /// Fitted value of a parameter; zero if the model has none.
     pub fn value(&self, parameter: Parameter) -> f64 {
         self.values.get(parameter).unwrap_or(0.0)
     }

@@ -94,7 +94,7 @@ criteria! {
         second_of_own: f64 = 0.25, source "chosen by simulation", moves "warnings of second peaks";
         /// Fraction of the rise that a neighbour of the second peak must share.
         second_neighbour: f64 = 0.4, source "chosen by simulation", moves "warnings of second peaks";
-        /// Step between neighbours over the height of the peak that counts as a jump.
+        /// Step between neighbours, over the height of the peak, that counts as a jump.
         jump_of_height: f64 = 0.35, source "chosen by simulation", moves "warnings of jumps";
         /// Step between neighbours, in standard deviations of the noise, that counts as a jump.
         jump_above_noise: f64 = 8.0, source "chosen by simulation", moves "warnings of jumps";

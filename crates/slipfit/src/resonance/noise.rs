@@ -1,4 +1,4 @@
-//! Noise that grows with the amplitude: a floor and a part of every amplitude.
+//! Noise that grows with the amplitude: a floor and a part proportional to the amplitude.
 
 use super::alternatives::{Alternative, Kind, OtherFit, TermSet};
 use super::criteria::NoiseCriteria;
@@ -12,20 +12,20 @@ use crate::inference::noise_law::{Scale, Scatter, likelihood};
 use crate::inference::normal::{invert, solve};
 use crate::motion::steady::Phasor;
 
-/// Variance of a quadrature `floor² (1 + ratio a²)` where the amplitude is `a`.
+/// Variance of a quadrature `floor² (1 + ratio a²)` at the amplitude `a`.
 ///
-/// Instruments with ranges, drives whose level wanders and mechanics that jitter have a noise in
-/// proportion to the signal; taken as constant it hides what the flanks tell, and makes the errors of
-/// everything else too small (Carroll and Ruppert 1988, Transformation and Weighting in Regression).
+/// Instruments with ranges, drives with fluctuating level and mechanical jitter have noise proportional to the signal.
+/// If it is treated as constant, the information of the flanks is lost and the standard errors of everything else are
+/// too small (Carroll and Ruppert 1988, Transformation and Weighting in Regression).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct NoiseLaw {
-    /// Square of the proportional part over that of the floor, per squared amplitude.
+    /// Ratio of the proportional variance to that of the floor, per squared amplitude.
     ratio: f64,
 }
 
 impl NoiseLaw {
-    /// The law by which the residuals of a fit have the greatest likelihood, where a constant noise is excluded beside all
-    /// that grow. `None` where they are no noise. `weighed_by` is the law by which the points are weighed already.
+    /// The most likely law according to the residuals of a fit, if constant noise is excluded against all growing laws.
+    /// `None` if the residuals are not noise. `weighed_by` is the law by which the points are already weighted.
     pub(super) fn of(fitted: &FittedModels, weighed_by: Option<Self>, c: &NoiseCriteria) -> Option<Self> {
         let laws = Residuals::of(fitted, weighed_by, c)?.laws(c);
         let best = laws.iter().max_by(|a, b| a.odds.total_cmp(&b.odds))?;
@@ -33,9 +33,9 @@ impl NoiseLaw {
         (evidence > c.proportional_margin).then_some(Self { ratio: best.ratio })
     }
 
-    /// The fit reported, its points weighed by each law that the residuals do not exclude, as other fits beside it: few
-    /// points do not tell the noise of high amplitudes from that of low ones, and errors by a constant noise, or by the
-    /// most likely law, may be too small.
+    /// The reported fit with its points weighted by each law that the residuals do not exclude, as additional fits: few
+    /// points do not distinguish the noise at high amplitudes from that at low ones, and standard errors for constant
+    /// noise, or for the most likely law, may be too small.
     pub(super) fn alternatives(fitted: &FittedModels, c: &NoiseCriteria) -> Vec<Alternative> {
         let chosen = fitted.comparison.reported().or_else(|| fitted.comparison.preferred());
         let Some((chosen, residuals)) = chosen.zip(Residuals::of(fitted, None, c)) else { return Vec::new() };
@@ -43,7 +43,7 @@ impl NoiseLaw {
         let total = 1.0 + laws.iter().map(|law| law.odds).sum::<f64>();
         let other = |law: &Law| {
             let weight = law.odds / total;
-            // Written so that no number is unlikely as well.
+            // Written so that NaN counts as improbable as well.
             if !(weight > c.least_weight) {
                 return None;
             }
@@ -63,7 +63,7 @@ impl NoiseLaw {
             let unbounded = minimise(&problem, &chosen.unbounded.parameters, free)?;
             let bounded = within_limits(&problem, &unbounded)?;
             let fit = OtherFit { set: TermSet::of(&problem, free), unbounded, bounded };
-            // It has no other terms: that BIC is of no interest.
+            // It has no other terms, so its BIC is irrelevant.
             Some(Alternative {
                 fit,
                 kind: Kind::Noise,
@@ -75,12 +75,12 @@ impl NoiseLaw {
         laws.iter().filter_map(other).collect()
     }
 
-    /// One over the variance at an amplitude, over that at the floor.
+    /// Inverse variance at an amplitude, relative to that of the floor.
     fn precision(self, amplitude: f64) -> f64 {
         1.0 / (1.0 + self.ratio * amplitude * amplitude)
     }
 
-    /// The curve with its points weighed by this law; `fitted` is the fit so far.
+    /// The curve with its points weighted by this law; `fitted` is the fit so far.
     pub(super) fn weighed(self, curve: &PreparedCurve, fitted: &FittedModels) -> Option<PreparedCurve> {
         let chosen = fitted.comparison.reported().or_else(|| fitted.comparison.preferred())?;
         let modelled = fitted.problem.predict(&chosen.unbounded.parameters, false);
@@ -89,7 +89,7 @@ impl NoiseLaw {
             .enumerate()
             .map(|(i, m)| self.precision(m.map_or(curve.main.amplitude(i), |m| m.value.norm())))
             .collect();
-        // A typical point keeps its precision: noise is reported as that of such a point.
+        // A typical point keeps its precision, because the noise is reported for such a point.
         let typical = geometric_mean(&main);
         let scaled = |precision: &mut f64, law: f64| *precision *= law / typical;
         let mut weighed = curve.clone();
@@ -103,7 +103,7 @@ impl NoiseLaw {
         Some(weighed)
     }
 
-    /// Noise over the amplitude where the floor is nothing, by the fit that this law weighs.
+    /// Ratio of the noise to the amplitude where the floor is negligible, from the fit weighted by this law.
     pub(super) fn part(self, fitted: &FittedModels) -> f64 {
         let Some(chosen) = fitted.comparison.reported().or_else(|| fitted.comparison.preferred()) else {
             return 0.0;
@@ -120,8 +120,8 @@ impl NoiseLaw {
     }
 }
 
-/// The BIC of the fit reported at some points, each weighed by its own precision, but for a constant: fits of one curve
-/// with points weighed in several ways are compared by it.
+/// The BIC of the reported fit at some points, each weighted by its own precision, up to a constant; it compares fits
+/// of one curve with different weights of the points.
 pub(super) fn bic_at_own_precision(fitted: &FittedModels, points: &[usize]) -> Option<f64> {
     let chosen = fitted.comparison.reported().or_else(|| fitted.comparison.preferred())?;
     let problem = fitted.problem_of(chosen);
@@ -143,35 +143,36 @@ fn geometric_mean(values: &[f64]) -> f64 {
     (values.iter().map(|v| v.ln()).sum::<f64>() / values.len() as f64).exp()
 }
 
-/// Ratios of the variances tried in a decade.
+/// Number of variance ratios tried per decade.
 const STEPS_PER_DECADE: f64 = 4.0;
 
-/// Minus twice the logarithm of the restricted likelihood, but for a constant, with what is most likely beside the ratio.
+/// Minus twice the logarithm of the restricted likelihood, up to a constant, with the other most likely values for a
+/// given ratio.
 struct Likely {
     minus_two_log: f64,
-    /// Noise of the floor, of the curve.
+    /// Noise of the floor of the curve.
     noise: f64,
-    /// Its variance over what it was taken to be beside that of the reference.
+    /// Ratio of its variance to the value assumed relative to that of the reference.
     reference: f64,
 }
 
 /// A ratio of the two parts.
 struct Law {
     ratio: f64,
-    /// Over a constant noise, after the data.
+    /// Posterior odds against constant noise.
     odds: f64,
     reference: f64,
 }
 
-/// Residuals of a fit with their derivatives by its parameters along its principal steps, weighted, of the curve and of
-/// its reference, which comes from the same instrument: its floor may be another, the ratio is the same.
+/// Weighted residuals of a fit with their derivatives along its principal steps, for the curve and for its reference.
+/// Both come from the same instrument: their floors may differ, but the ratio is the same.
 struct Residuals {
     blocks: Vec<Vec<Observation>>,
     parameters: usize,
 }
 
 struct Observation {
-    /// Modelled amplitude, squared.
+    /// Square of the modelled amplitude.
     square: f64,
     residual: f64,
     slopes: Vec<f64>,
@@ -194,7 +195,8 @@ impl Residuals {
         self.blocks.iter().map(Vec::len).sum::<usize>() as f64
     }
 
-    /// The laws whose proportional part at the highest amplitude is a third of the floor to three hundred times the floor.
+    /// The laws whose proportional part at the highest amplitude is between a third of the floor and three hundred
+    /// times the floor.
     fn laws(&self, c: &NoiseCriteria) -> Vec<Law> {
         const STEPS: i32 = 24;
         let most = self.blocks.iter().flatten().map(|o| o.square).fold(f64::MIN_POSITIVE, f64::max);
@@ -202,7 +204,7 @@ impl Residuals {
         let law = |step: i32| {
             let ratio = 10f64.powf(f64::from(step) / STEPS_PER_DECADE - 1.0) / most;
             let likely = self.under(ratio)?;
-            // Probable before the data alike for every ratio, up to a noise that no instrument has.
+            // The prior is uniform in the logarithm of the ratio, up to a noise that no instrument has.
             let part = ratio.sqrt() * likely.noise / c.most_proportional;
             let before = c.proportional_odds / STEPS_PER_DECADE / (1.0 + part.powi(4));
             let odds = before * (0.5 * (constant.minus_two_log - likely.minus_two_log)).exp();
@@ -211,8 +213,9 @@ impl Residuals {
         (0..=STEPS).filter_map(law).collect()
     }
 
-    /// The likelihood of what the residuals are beyond the parameters (Patterson and Thompson 1971, Biometrika 58, 545),
-    /// whichever these are: points that tell them leave hardly any residual, and so tell nothing of the noise.
+    /// Restricted likelihood of the residuals, independent of the parameters (Patterson and Thompson 1971, Biometrika
+    /// 58, 545): points that determine the parameters have hardly any residual and therefore do not determine the
+    /// noise.
     fn under(&self, ratio: f64) -> Option<Likely> {
         const ROUNDS: usize = 4;
         let n = self.parameters;
@@ -259,7 +262,7 @@ impl Residuals {
     }
 }
 
-/// Those of a block, of a complex one both quadratures.
+/// The observations of a block, with both quadratures if it is complex.
 fn observations(
     problem: &Problem,
     fit: &Fit,
@@ -311,8 +314,8 @@ mod tests {
     use crate::noise::jitter;
     use crate::{Oscillator, Parameter};
 
-    /// Amplitudes whose noise is 0.4 % of each and 0.02 % of the highest. By the scatter of the flanks the peak
-    /// were known to a twentieth of its noise, and its few points are what tells the parameters.
+    /// Amplitudes whose noise is 0.4 % of each and 0.02 % of the highest. According to the scatter of the flanks the
+    /// peak would be known to a twentieth of its noise, and its few points determine the parameters.
     #[test]
     fn few_points_do_not_tell_that_the_noise_is_constant() {
         const CURVES: usize = 60;
@@ -346,7 +349,7 @@ mod tests {
                 *missed += usize::from(!(low..=high).contains(&truth));
             }
         }
-        // Three of sixty are one in twenty.
+        // Three of sixty are expected at a coverage of 95 %.
         assert!(missed[0] + missed[1] <= 10, "{missed:?} of {CURVES}");
     }
 }

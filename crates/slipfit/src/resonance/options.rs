@@ -1,28 +1,28 @@
-//! What a caller may fix before the analysis.
+//! Options of the analysis.
 
 use super::Curve;
 use crate::Error;
 use crate::answer::calibration::Calibration;
 use crate::model::loss::{LossModel, LossTerm};
 
-/// Choices for [`analyse`](super::analyse). The default finds everything by itself.
+/// Options for [`analyse`](super::analyse). By default everything is determined automatically.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[non_exhaustive]
 pub struct Options {
-    /// Only points between these frequencies count, in Hz.
+    /// Only points between these frequencies are used, in Hz.
     pub band_hz: Option<[f64; 2]>,
     /// How the response is computed.
     pub method: Method,
-    /// Report this loss model, whichever the data prefer.
+    /// Reports this loss model, whichever model the data prefer.
     pub model: Option<LossModel>,
-    /// The drive amplitude `x_0`, when it is known, in the response's unit.
+    /// The drive amplitude `x_0`, if known, in the unit of the response.
     pub drive_amplitude: Option<DriveAmplitude>,
-    /// A friction-free curve of the same oscillator at the same drive, fitted jointly: it gives `x_0`. It has
-    /// frequency, viscous damping, phase and background of its own; delay, drag and Duffing term are shared.
+    /// A friction-free curve of the same oscillator at the same drive, fitted jointly, which determines `x_0`. It has
+    /// its own frequency, viscous damping, phase and background; delay, drag and Duffing term are shared.
     pub reference: Option<Curve>,
-    /// Terms of the instrument, and of the spring.
+    /// Terms of the instrument and of the spring.
     pub terms: Terms,
-    /// Mechanical constant that turns displacements into forces.
+    /// Mechanical constant that converts displacements into forces.
     pub calibration: Option<Calibration>,
 }
 
@@ -33,47 +33,48 @@ pub struct Options {
 #[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
 #[non_exhaustive]
 pub enum Method {
-    /// The exact fundamental, stops included.
+    /// The exact fundamental, including stops.
     #[default]
     Exact,
-    /// The leading term, the paper's eq. (8).
+    /// The leading term, eq. (8) of the paper.
     Leading,
-    /// The paper's effective Lorentzian, eq. (14), inverted with `a = 4/3`; its known bias
-    /// stands beside the answer.
+    /// The effective Lorentzian of the paper, eq. (14), inverted with `a = 4/3`; its known bias is reported with the
+    /// answer.
     Paper,
 }
 
-/// The drive amplitude as known from elsewhere.
+/// A known drive amplitude.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DriveAmplitude {
-    /// `x_0`, in the response's unit.
+    /// `x_0`, in the unit of the response.
     pub value: f64,
-    /// Its standard error; zero when exact.
+    /// Its standard error; zero if exact.
     pub std_error: f64,
 }
 
-/// Terms beside the oscillator. `None`: used when the data need it; `Some`: as said.
+/// Terms in addition to the oscillator. `None`: used if the data require it; `Some`: as specified.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub struct Terms {
     /// A constant complex background (crosstalk, feed-through), which gives a Fano shape.
     pub background: Option<bool>,
-    /// A delay of the signal chain (phase falling linearly with frequency). Needs phases.
+    /// A delay of the signal chain (a phase that decreases linearly with frequency). Requires phases.
     pub delay: Option<bool>,
-    /// A constant that adds to every amplitude, above or below zero: the zero of a detector that reads
-    /// amplitudes (rms, peak). Of curves without phases.
+    /// A constant added to every amplitude, positive or negative: the zero of a detector that reads amplitudes (rms,
+    /// peak). For curves without phases.
     pub amplitude_offset: Option<bool>,
-    /// A noise floor that adds to every amplitude in squares, `sqrt(A² + n²)`: of a spectrum analyser, of averaged squares, of
-    /// a lock-in's R at a low signal. Of curves without phases, and beside a constant only if both are asked for.
+    /// A noise floor added to every amplitude in quadrature, `sqrt(A² + n²)`: of a spectrum analyser, of averaged
+    /// squares, of the R output of a lock-in amplifier at a low signal. For curves without phases, and together with a
+    /// constant only if both are requested.
     pub noise_floor: Option<bool>,
-    /// A constant phase offset. Needs phases; always fitted unless `Some(false)`.
+    /// A constant phase offset. Requires phases; always fitted unless `Some(false)`.
     pub phase_offset: Option<bool>,
-    /// A frequency that moves with the square of the amplitude (Duffing).
+    /// A natural frequency that changes with the square of the amplitude (Duffing).
     pub duffing: Option<bool>,
 }
 
 impl Options {
-    /// Checks every number given.
+    /// Checks all given numbers.
     pub(crate) fn check(&self) -> Result<(), Error> {
         if let Some([low, high]) = self.band_hz.filter(|b| !(b[0] >= 0.0 && b[0] < b[1])) {
             return Err(Error::Band { low_hz: low, high_hz: high });

@@ -1,4 +1,4 @@
-//! The paper's method: an effective Lorentzian, inverted with `a = 4/3`.
+//! The method of the paper: an effective Lorentzian, inverted with `a = 4/3`.
 
 use super::answer::PaperEstimate;
 use super::block::Block;
@@ -14,7 +14,7 @@ use crate::motion::steady::Phasor;
 use crate::motion::steady::lorentzian::PAPER_A;
 use std::f64::consts::{FRAC_PI_4, TAU};
 
-/// Eq. (14) fitted to the amplitudes, all points of equal weight.
+/// Eq. (14) fitted to the amplitudes, with equal weights of all points.
 pub(super) struct Lorentzian {
     fit: Fit,
     problem: Problem,
@@ -22,7 +22,7 @@ pub(super) struct Lorentzian {
     variance: f64,
 }
 
-/// What eqs. (12) and (13) make of it: Q, x_F, beta.
+/// Result of the inversion by eqs. (12) and (13): Q, x_F, beta.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Inverted {
     pub(super) q: f64,
@@ -58,12 +58,12 @@ impl Lorentzian {
         good.then(|| Self { variance: fit.rss / dof, fit, problem, centre: peak.omega })
     }
 
-    /// Root mean square of what it leaves of the amplitudes.
+    /// Root mean square of the residuals of the amplitudes.
     pub(super) fn residual_rms(&self) -> f64 {
         self.variance.sqrt()
     }
 
-    /// How what it leaves goes on from point to point.
+    /// Autocorrelation of the residuals.
     pub(super) fn autocorrelation(&self, c: &ResidualCriteria) -> Autocorrelation {
         autocorrelation(&self.problem, &self.fit, c)
     }
@@ -73,8 +73,8 @@ impl Lorentzian {
         [self.fit.parameters[DELTA], self.fit.parameters[X_0]]
     }
 
-    /// A linear oscillator at its frequency as parameters of a problem, with the phases that the fit `p` of that problem
-    /// has; of the [effective](Self::effective) loss and drive its amplitudes are those of eq. (14).
+    /// A linear oscillator at its frequency, as parameters of a problem, with the phases of the fit `p` of that
+    /// problem; for the [effective](Self::effective) loss and drive its amplitudes are those of eq. (14).
     pub(super) fn linear(&self, problem: &Problem, p: &[f64], [delta, x_0]: [f64; 2]) -> Vec<f64> {
         let mut linear = vec![0.0; p.len()];
         (linear[OMEGA], linear[DELTA], linear[X_0]) = (self.omega_0() - problem.centre, delta, x_0);
@@ -90,13 +90,13 @@ impl Lorentzian {
         self.fit.unit_std(OMEGA) * self.variance.sqrt()
     }
 
-    /// Inverts for a drive amplitude.
+    /// Inverts the fit for a drive amplitude.
     pub(super) fn invert(&self, x_0: f64) -> Inverted {
         let p = &self.fit.parameters;
         inverted(self.omega_0() / (2.0 * p[DELTA]), p[X_0] / x_0, x_0)
     }
 
-    /// Standard errors of Q, x_F and beta, that of the drive included.
+    /// Standard errors of Q, x_F and beta, including that of the drive.
     pub(super) fn std_errors(&self, x_0: f64, x_0_std: f64) -> [f64; 3] {
         let p = &self.fit.parameters;
         let of = |delta: f64, x_f: f64, x_0: f64| {
@@ -130,8 +130,8 @@ fn inverted(q_f: f64, rho: f64, x_0: f64) -> Inverted {
     Inverted { q: q_f / (1.0 - beta / PAPER_A), x_f: FRAC_PI_4 * beta * x_0, beta }
 }
 
-/// The paper's numbers for a curve, and their bias: the same fit to the exact curve of the
-/// answer's parameters.
+/// The results of the method of the paper for a curve, and their bias, from the same fit to the exact curve for the
+/// parameters of the answer.
 pub(super) fn estimate(
     problem: &Problem,
     p: &[f64],

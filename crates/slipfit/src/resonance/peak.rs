@@ -1,25 +1,25 @@
-//! Peak, width and noise of a curve before any model, other peaks and jumps.
+//! Peak, width and noise of a curve before any model is fitted; other peaks and jumps.
 
 use super::block::Block;
 use super::criteria::{PeakCriteria, ResidualCriteria};
 use crate::motion::steady::Phasor;
 
-/// The main peak as read off the points.
+/// The main peak as determined from the points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Peak {
-    /// Point of the highest amplitude.
+    /// Index of the point of the highest amplitude.
     pub(crate) index: usize,
-    /// Frequency of the peak, rad/s, by the parabola through its neighbours.
+    /// Frequency of the peak, rad/s, from the parabola through its neighbours.
     pub(crate) omega: f64,
     /// Its height.
     pub(crate) height: f64,
     /// Half width at 1/√2 of the height, rad/s.
     pub(crate) half_width: f64,
-    /// Half widths seen below and above the peak.
+    /// Half widths found below and above the peak.
     pub(crate) sides: [Option<f64>; 2],
 }
 
-/// Noise of one amplitude from differences between neighbours, robust against lines.
+/// Noise of one amplitude from differences between neighbours, insensitive to linear trends.
 pub(crate) fn noise(b: &Block) -> f64 {
     let n = b.len();
     if n < 5 {
@@ -44,7 +44,7 @@ pub(crate) fn noise(b: &Block) -> f64 {
         return 0.0;
     }
     let middle = second.len() / 2;
-    // Half of a normal variable's absolute values lie below 0.6745 of its deviation.
+    // Half of the absolute values of a normal variable are below 0.6745 standard deviations.
     *second.select_nth_unstable_by(middle, f64::total_cmp).1 / 0.6745
 }
 
@@ -53,7 +53,7 @@ pub(crate) fn find(b: &Block) -> Option<Peak> {
     let amplitude = b.levels();
     let (mut top, mut height) = (0, *amplitude.first()?);
     for (i, &a) in amplitude.iter().enumerate() {
-        // Of equal ones the last.
+        // The last one of equal amplitudes.
         if a >= height {
             (top, height) = (i, a);
         }
@@ -88,7 +88,7 @@ pub(crate) fn find(b: &Block) -> Option<Peak> {
     Some(Peak { index: top, omega, height, half_width: half_width.max(least), sides })
 }
 
-/// The points without the highest one, where that stands alone as a glitch does.
+/// The points without the highest one, if it is isolated like a glitch.
 pub(crate) fn without_spike(b: &Block, c: &ResidualCriteria) -> Option<Block> {
     let level = b.levels();
     let top = find(b)?.index;
@@ -108,7 +108,7 @@ pub(crate) fn is_flat(b: &Block, c: &PeakCriteria) -> bool {
     used().all(|z| (z - centre).norm() < c.above_mean * centre.norm())
 }
 
-/// The highest other peak: frequency and height over the main one's.
+/// The highest other peak: frequency, and height relative to the main peak.
 pub(crate) fn second_peak(b: &Block, peak: &Peak, noise: f64, c: &PeakCriteria) -> Option<(f64, f64)> {
     let n = b.len();
     let mut best: Option<(f64, f64)> = None;
@@ -119,7 +119,7 @@ pub(crate) fn second_peak(b: &Block, peak: &Peak, noise: f64, c: &PeakCriteria) 
             let a = b.amplitude(i);
             saddle = saddle.min(a);
             let rises = a - saddle;
-            // A single high point is a glitch: its neighbours must rise as well.
+            // A single high point is a glitch, so its neighbours must rise as well.
             let shares = |i: usize| b.amplitude(i) - saddle > c.second_neighbour * rises;
             let company = (i > 0 && shares(i - 1)) || (i + 1 < n && shares(i + 1));
             let least =
@@ -134,8 +134,8 @@ pub(crate) fn second_peak(b: &Block, peak: &Peak, noise: f64, c: &PeakCriteria) 
     best.map(|(omega, a)| (omega, a / peak.height))
 }
 
-/// Between which points the amplitude jumps: a drop far steeper than anything on the other
-/// flank, which no single-valued peak has.
+/// Frequency at which the amplitude jumps: a step far steeper than the slope of the other flank, which a single-valued
+/// peak does not have.
 pub(crate) fn jump(b: &Block, peak: &Peak, noise: f64, c: &PeakCriteria) -> Option<f64> {
     let n = b.len();
     let slope = |i: usize| {

@@ -14,19 +14,19 @@ pub(super) struct PreparedCurve {
     /// The points that are fitted.
     pub(super) main: Block,
     pub(super) reference: Option<Block>,
-    /// Every point, where the fit uses means of neighbours.
+    /// All points, if the fit uses means of neighbours.
     pub(super) all: Option<Block>,
-    /// Points in each mean.
+    /// Number of points in each mean.
     pub(super) group: usize,
-    /// By what the curvature within each group was found to move its mean; none yet where empty.
+    /// Shift of each mean due to the curvature within its group; empty if not yet determined.
     pub(super) lost: Vec<Phasor>,
-    /// The peak of the points, or of those above their baseline.
+    /// The peak of the points, or of the points with the baseline subtracted.
     pub(super) peak: Peak,
-    /// The straight line on which the peak stands.
+    /// The straight baseline of the peak.
     pub(super) baseline: Option<InstrumentStart>,
-    /// Noise of one amplitude as measured.
+    /// Noise of one measured amplitude.
     pub(super) noise: f64,
-    /// The same of the points that are fitted.
+    /// The same for the points that are fitted.
     pub(super) fitted_noise: f64,
 }
 
@@ -52,7 +52,7 @@ impl PreparedCurve {
         if let Some(baseline) = &baseline {
             peak = baseline.peak;
         }
-        // A dense curve is fitted by the means of neighbours much closer than the peak is wide.
+        // A dense curve is fitted by means of neighbours whose spacing is much smaller than the width of the peak.
         let spacing = (main.omega[main.len() - 1] - main.omega[0]) / main.len() as f64;
         let width = criteria.preparation.group_width * peak.half_width;
         let most = (width / spacing.max(f64::MIN_POSITIVE)) as usize;
@@ -66,13 +66,13 @@ impl PreparedCurve {
         Ok(Self { main, reference, all, group, lost: Vec::new(), peak, baseline, noise, fitted_noise })
     }
 
-    /// The same curve with these weights of the points that are fitted.
+    /// The same curve with these weights of the fitted points.
     pub(super) fn weighted(&self, weight: &[f64]) -> Self {
         let main = Block { weight: weight.to_vec(), ..self.main.clone() };
         Self { main, ..self.clone() }
     }
 
-    /// Every point, fitted or part of a mean.
+    /// All points, fitted or part of a mean.
     pub(super) fn every_point(&self) -> &Block {
         self.all.as_ref().unwrap_or(&self.main)
     }

@@ -1,4 +1,4 @@
-//! Whether points show a resonance at all.
+//! Test for the presence of a resonance.
 
 use super::block::Block;
 use super::criteria::Criteria;
@@ -10,13 +10,13 @@ use crate::inference::evidence::f_tail;
 use crate::inference::least_squares::Fit;
 use crate::motion::steady::Phasor;
 
-/// Why points show no resonance, if they do not; `fit` is the resonance that describes them best, `noise` that of
-/// one amplitude.
+/// Reason why the points show no resonance, if they do not; `fit` is the resonance that describes them best, `noise`
+/// the noise of one amplitude.
 ///
-/// All points judge together: an F test of the resonance against a straight line, which must hold without the
-/// point farthest from the line as well. The p value counts once for each place where a peak of that width may be found by
-/// chance.
-/// Where the test sees none, points far above the noise still are one, unless the line leaves nothing but noise.
+/// The decision is based on all points: an F test of the resonance against a straight line, which must also be
+/// significant without the point farthest from the line. The p value is multiplied by the number of positions at which
+/// a peak of that width may be found by chance. If the test is not significant, points far above the noise still count
+/// as a resonance, unless the residuals of the line are only noise.
 pub(super) fn absence(problem: &Problem, fit: &Fit, noise: f64, criteria: &Criteria) -> Option<&'static str> {
     let b = &problem.main;
     if noise == 0.0 || is_beyond_a_line(problem, fit, criteria) {
@@ -26,7 +26,7 @@ pub(super) fn absence(problem: &Problem, fit: &Fit, noise: f64, criteria: &Crite
     let used = || (0..b.len()).filter(|&i| b.weight[i] > 0.0);
     let level = |i: usize| b.data[i] / b.drive[i];
     let (sum, count) = used().fold((Phasor::default(), 0.0), |(sum, n), i| (sum + level(i), n + 1.0));
-    // Distance and index of the point farthest from a centre, one left out.
+    // Squared distance and index of the point farthest from a centre, with one point excluded.
     let farthest = |centre: Phasor, but: usize| {
         let apart = used().filter(|&i| i != but).map(|i| ((level(i) - centre).norm_sqr(), i));
         apart.fold((0.0, 0), |most: (f64, usize), this| if this.0 > most.0 { this } else { most })
@@ -66,7 +66,7 @@ fn is_beyond_a_line(problem: &Problem, fit: &Fit, criteria: &Criteria) -> bool {
     })
 }
 
-/// How many peaks as wide as the fitted one stand side by side among the points.
+/// Number of peaks of the fitted width that fit side by side into the range of the points.
 fn places(problem: &Problem, fit: &Fit) -> f64 {
     let b = &problem.main;
     let size = |m: Option<Modelled>, drive: f64| m.map_or(f64::NAN, |m| m.oscillator.norm() / drive);
@@ -78,13 +78,13 @@ fn places(problem: &Problem, fit: &Fit) -> f64 {
     b.len() as f64 / wide.max(1) as f64
 }
 
-/// The straight line through the response over the drive.
+/// The straight line through the response divided by the drive.
 struct Line {
     rss: f64,
     parameters: f64,
-    /// The point whose weighted distance from it is largest.
+    /// The point with the largest weighted distance from the line.
     farthest: usize,
-    /// Variance of a point from differences of what is left of neighbours.
+    /// Variance of a point from differences between the residuals of neighbours.
     neighbour_variance: f64,
 }
 
@@ -128,8 +128,8 @@ mod tests {
         Phasor::new(jitter(i, 2 * seed), jitter(i, 2 * seed + 1))
     }
 
-    /// Nine tenths of the drive is taken by friction: the peak is flat, its highest point seldom six deviations
-    /// above the mean.
+    /// Friction balances nine tenths of the drive: the peak is flat, and its highest point is rarely six standard
+    /// deviations above the mean.
     #[test]
     fn a_flat_peak_in_noise_is_answered() {
         for points in [21, 101] {
@@ -151,7 +151,7 @@ mod tests {
                 let [low, high] = answer.parameter(Parameter::FRICTION_DISPLACEMENT).unwrap().interval_95;
                 held += usize::from((low..=high).contains(&x_f));
             }
-            // By single points 34 of 40 are refused.
+            // Judged by single points 34 of 40 are rejected.
             assert!(answered >= 39, "{points} points: {answered} of 40");
             assert!(held >= 34, "{points} points: {held} of {answered}");
         }

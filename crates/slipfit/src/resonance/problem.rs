@@ -1,4 +1,4 @@
-//! The least-squares problem: curve and reference against the response of the oscillator.
+//! The least-squares problem: curve and reference compared with the response of the oscillator.
 
 use super::Method;
 use super::block::Block;
@@ -12,7 +12,7 @@ use crate::motion::steady::Phasor;
 use crate::motion::steady::fundamental::Follower;
 use std::f64::consts::FRAC_PI_4;
 
-/// Where each parameter of the main block stands among all.
+/// Slots of the parameters of the main block among all parameters.
 const OF_MAIN: [usize; MAIN] = {
     let mut slots = [0; MAIN];
     let mut k = 0;
@@ -22,8 +22,8 @@ const OF_MAIN: [usize; MAIN] = {
     }
     slots
 };
-/// The same of the reference. It has no friction and no further loss: those slots are never read. Drag and the
-/// Duffing term belong to the oscillator, not to the contact, and are the curve's.
+/// The same for the reference. It has no friction and no further loss; those slots are never read. Drag and the Duffing
+/// term belong to the oscillator, not to the contact, and are shared with the curve.
 const OF_REFERENCE: [usize; MAIN] = {
     let mut slots = [COUNT; MAIN];
     (slots[OMEGA], slots[DELTA], slots[X_0]) = (R_OMEGA, R_DELTA, X_0);
@@ -32,31 +32,31 @@ const OF_REFERENCE: [usize; MAIN] = {
     slots
 };
 
-/// Parameters beside the drive that curve and reference have in common.
+/// Parameters apart from the drive that are shared by curve and reference.
 const SHARED: [usize; 5] = [DELAY, DRAG, DUFFING, OFFSET, FLOOR];
 
-/// Everything that is fitted at once.
+/// All data and parameters that are fitted at once.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Problem {
     pub(crate) main: Block,
     pub(crate) reference: Option<Block>,
-    /// Variance of the main block's points over the reference's.
+    /// Ratio of the variance of the points of the main block to that of the reference.
     pub(crate) reference_weight: f64,
     /// Centre frequency, rad/s.
     pub(crate) centre: f64,
     pub(crate) method: Method,
-    /// Known drive amplitude, and the variance of the main block over its own.
+    /// Known drive amplitude, and the ratio of the variance of the main block to its variance.
     pub(crate) prior: Option<[f64; 2]>,
-    /// Slot [`X_F`] holds the friction ratio.
+    /// Whether slot [`X_F`] contains the friction ratio.
     pub(crate) ratio: bool,
-    /// The delay is the background's too: it lies beyond where the two meet.
+    /// Whether the delay also applies to the background, because it occurs after the two are added.
     pub(crate) background_delayed: bool,
-    /// Parameters of the main block whose derivative is ever asked for.
+    /// Parameters of the main block whose derivatives are required.
     pub(crate) used: Vec<usize>,
 }
 
 impl Problem {
-    /// A curve by itself against the exact response.
+    /// A curve alone, with the exact response.
     pub(crate) fn new(main: Block, centre: f64, used: Vec<usize>) -> Self {
         Self {
             main,
@@ -71,13 +71,13 @@ impl Problem {
         }
     }
 
-    /// The same with the derivatives that these parameters need.
+    /// The same with the derivatives required for these parameters.
     pub(crate) fn with(&self, free: &[usize]) -> Self {
         let used = free.iter().copied().filter(|&k| k < R_OMEGA).collect();
         Self { used, ..self.clone() }
     }
 
-    /// The background as it is read at one frequency.
+    /// The background as read at one frequency.
     pub(crate) fn background_at(&self, p: &[f64], omega: f64) -> Phasor {
         self.response(p, false).background_at(omega)
     }
@@ -90,7 +90,7 @@ impl Problem {
         if reference { self.reference.as_ref() } else { Some(&self.main) }
     }
 
-    /// Parameters of a block whose derivatives are wanted.
+    /// Parameters of a block whose derivatives are required.
     fn columns(&self, reference: bool) -> Vec<usize> {
         if !reference {
             return self.used.clone();
@@ -104,7 +104,7 @@ impl Problem {
         own
     }
 
-    /// The response of a block with these parameters.
+    /// The response of a block for these parameters.
     pub(super) fn response(&self, p: &[f64], reference: bool) -> ModelResponse {
         let slots = Self::slots(reference);
         let get = |k: usize| p.get(slots[k]).copied().unwrap_or(0.0);
@@ -134,7 +134,7 @@ impl Problem {
         }
     }
 
-    /// The model at every point of a block, none where it has no motion.
+    /// The model at every point of a block; `None` at points where it has no motion.
     pub(crate) fn predict(&self, p: &[f64], reference: bool) -> Vec<Option<Modelled>> {
         let Some(b) = self.block(reference) else { return Vec::new() };
         let at = self.response(p, reference);
@@ -150,15 +150,15 @@ impl Problem {
         modelled
     }
 
-    /// Measured less modelled at every point: the complex difference, or that of amplitudes.
+    /// Measured minus modelled at every point: the complex difference, or that of amplitudes.
     pub(crate) fn residuals(&self, p: &[f64]) -> Vec<Option<Phasor>> {
         let b = &self.main;
         let of = |(i, m): (usize, Option<Modelled>)| m.map(|m| b.residual(i, &m));
         self.predict(p, false).into_iter().enumerate().map(of).collect()
     }
 
-    /// Adds the sums of one block times `factor`; `false` where the model does not exist or the sum
-    /// of squares exceeds `limit`.
+    /// Adds the sums of one block times `factor`; `false` if the model does not exist or the sum of squares exceeds
+    /// `limit`.
     fn add_sums(&self, p: &[f64], reference: bool, factor: f64, limit: f64, out: &mut Normal) -> bool {
         let Some(block) = self.block(reference) else { return true };
         let columns = self.columns(reference);
@@ -208,7 +208,7 @@ impl LeastSquares for Problem {
         if self.main.work.is_spent() {
             return false;
         }
-        // A resonance ten times outside the points leaves no peak in them.
+        // A resonance outside the points by a factor of ten produces no peak in them.
         let omega_0 = self.centre + p[OMEGA];
         let ends = [self.main.omega.first(), self.main.omega.last()].map(|w| w.copied().unwrap_or(omega_0));
         if !(p[X_0] > 0.0 && omega_0 > 0.1 * ends[0] && omega_0 < 10.0 * ends[1]) {
@@ -294,7 +294,7 @@ mod tests {
                 };
                 let numeric = -0.5 * (rss(step) - rss(-step)) / (2.0 * step);
                 let error = (sums.jtr[k] - numeric).abs() / (1e-3 * sums.rss + numeric.abs());
-                // Rice's excess is held while the amplitude moves: a small part of a small term.
+                // The Rice excess is kept fixed while the amplitude changes: a small part of a small term.
                 let tolerance = if complex { 1e-5 } else { 3e-3 };
                 assert!(error < tolerance, "{complex} {ratio} {k}: {} {numeric}", sums.jtr[k]);
             }
@@ -304,7 +304,7 @@ mod tests {
     #[test]
     fn amplitudes_read_like_rices_mean() {
         let b = &problem(false, vec![OMEGA], false).main;
-        // Means of Rice's distribution with unit variance: by 15-digit Bessel functions.
+        // Means of the Rice distribution with unit variance, from 15-digit Bessel functions.
         let sigma = b.rice.sqrt();
         for (a, mean) in [(0.0, 1.253_314), (1.0, 1.548_572), (2.0, 2.272_383), (4.0, 4.127_194)] {
             let read = b.read(a * sigma, 0) / sigma;
@@ -312,7 +312,7 @@ mod tests {
         }
     }
 
-    /// Against every point by itself: all the way round the regimes, amplitude_dependent, noisy and left out.
+    /// Compared with single points: through all regimes, amplitude-dependent, noisy and with points left out.
     #[test]
     fn sums_are_those_of_single_points() {
         for (complex, amplitude_dependent, x_f, delta) in [

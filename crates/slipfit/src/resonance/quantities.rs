@@ -1,4 +1,4 @@
-//! The parameters of the answer, with intervals that keep to the limits.
+//! The parameters of the answer, with intervals that respect the limits.
 
 use super::alternatives::Alternative;
 use super::averaged;
@@ -23,12 +23,12 @@ fn loss_fit<'a>(d: &FittedModels, problem: &'a Problem, unbounded: &'a Fit) -> L
     LossFit { problem, unbounded, noise: d.comparison.noise, near_limit: d.near_limit, other_minima: &[] }
 }
 
-/// The coefficient of a loss term, in the chosen model or the one with the term besides.
+/// The coefficient of a loss term, from the chosen model or from that model with the term added.
 fn loss_term(d: &FittedModels, chosen: &ModelFit, term: LossTerm, unit: &str) -> Quantity {
     let (fit, present) = fit_of(&d.comparison, chosen, term);
     let found = fit.map_or_else(unknown, |fit| {
         let problem = d.problem_of(fit);
-        // No loss exceeds what it would be alone.
+        // No loss exceeds its value in the model with this loss alone.
         let most = d.comparison.most(term, slot(term)).filter(|_| !on_background(chosen));
         let found = loss_fit(d, &problem, &fit.unbounded).estimate(
             slot(term),
@@ -43,7 +43,7 @@ fn loss_term(d: &FittedModels, chosen: &ModelFit, term: LossTerm, unit: &str) ->
     non_negative(found, present, Parameter::Loss(term).unit(unit))
 }
 
-/// What takes the bias out of a fit that tells little; not beside a limit, which has its own.
+/// Bias correction for an uncertain fit; not at a limit, which causes a bias of its own.
 fn unbiased(d: &FittedModels, chosen: &ModelFit, problem: &Problem, fit: &Fit) -> Option<Vec<f64>> {
     let noise = d.comparison.noise;
     let most = d.criteria.vague_friction * chosen.unbounded.parameters[X_0];
@@ -53,7 +53,7 @@ fn unbiased(d: &FittedModels, chosen: &ModelFit, problem: &Problem, fit: &Fit) -
     if wanted { bias::correction(problem, fit, variance) } else { None }
 }
 
-/// The estimate moved, not out of its interval, by `most` standard errors at most.
+/// Shifts the estimate by at most `most` standard errors and not out of its interval.
 fn moved(e: Estimate, by: f64, most: f64) -> Estimate {
     let [low, high] = e.interval;
     let most = most * e.std_error;
@@ -61,14 +61,14 @@ fn moved(e: Estimate, by: f64, most: f64) -> Estimate {
     Estimate { value: (e.value + by).max(low).min(high), unbounded: e.unbounded + by, ..e }
 }
 
-/// Whether the sum of squares is far from a parabola: with the drive free, height and
-/// width say one thing less than there are parameters.
+/// Whether the sum of squares is far from a parabola: with the drive free, height and width give one quantity less than
+/// there are parameters.
 fn bends(d: &FittedModels) -> bool {
     d.source != DriveSource::Known || d.problem.prior.is_some()
 }
 
-/// Standard errors of what a series compares, as if no other terms of the instrument were possible, and not smaller
-/// than with the limits lifted: the values that it takes are those.
+/// Standard errors of the quantities compared in a series, for fixed instrument terms, and not smaller than those
+/// without limits, because a series uses the values without limits.
 pub(super) fn given_terms(used: &Curve, d: &FittedModels, chosen: &ModelFit) -> Vec<(Parameter, f64)> {
     let noise = d.comparison.noise;
     let frequency = symmetric(noise, &chosen.bounded, OMEGA, [1.0 / TAU, d.problem.centre], "Hz");
@@ -88,7 +88,7 @@ pub(super) fn given_terms(used: &Curve, d: &FittedModels, chosen: &ModelFit) -> 
         .collect()
 }
 
-/// The parameters, and the losses that the model has not and their intervals count noticeably.
+/// The parameters, and the losses absent from the model that widen their intervals noticeably.
 pub(super) fn parameters(
     used: &Curve,
     options: &Options,
@@ -104,7 +104,7 @@ pub(super) fn parameters(
     let frequency = symmetric(noise, bounded, OMEGA, to_hz, "Hz");
     let centre = d.problem.centre;
     let mut noticed: Vec<LossTerm> = Vec::new();
-    // Intervals count losses that the data do not exclude, unless a model was asked for.
+    // The intervals account for losses that the data do not exclude, unless a model was requested.
     let mut stretched =
         |q: Quantity, of_term: Option<LossTerm>, gradient: &[(usize, f64)], of: &dyn Fn(&[f64]) -> f64| {
             let is_frequency = of_term.is_none() && gradient.iter().all(|(k, _)| *k == OMEGA);
@@ -152,14 +152,14 @@ pub(super) fn parameters(
     (list, LossModel::from_terms(&noticed))
 }
 
-/// With an upper limit of one, or of the value itself: beyond it friction leaves no peak at the resonance.
+/// Limits the upper end to one, or to the value itself: at larger ratios friction leaves no peak at the resonance.
 fn below_one(mut ratio: Quantity) -> Quantity {
     let most = ratio.value.max(1.0);
     ratio.interval_95[1] = ratio.interval_95[1].min(most);
     ratio
 }
 
-/// Adds force and viscous coefficient where a stiffness or mass is known.
+/// Adds friction force and viscous coefficient if a stiffness or mass is known.
 fn calibrated(
     list: &mut Parameters,
     options: &Options,
@@ -175,7 +175,8 @@ fn calibrated(
     }
 }
 
-/// Whether a background, an offset or a noise floor takes part: then no smaller model bounds what the chosen one finds.
+/// Whether a background, an offset or a noise floor is included: then no smaller model bounds the coefficients of the
+/// chosen one.
 fn on_background(chosen: &ModelFit) -> bool {
     [BG_RE, OFFSET, FLOOR].iter().any(|k| chosen.unbounded.free.contains(k))
 }
@@ -186,7 +187,7 @@ fn drive_amplitude(d: &FittedModels, chosen: &ModelFit, unit: &str) -> Quantity 
         return Quantity::normal(bounded.parameters[X_0], 0.0, unit);
     }
     let problem = d.problem.with(&bounded.free);
-    // By the shape alone: between no friction at all and nothing but friction.
+    // From the shape alone: between no friction and friction alone.
     let end = |model: LossModel, side: f64| {
         d.comparison
             .get(model)
@@ -226,7 +227,7 @@ fn drive_amplitude(d: &FittedModels, chosen: &ModelFit, unit: &str) -> Quantity 
     }
 }
 
-/// `beta = 4 x_F/(pi x_0)`; with the drive free, from a fit in which it is a parameter.
+/// `beta = 4 x_F/(pi x_0)`; with the drive free, from a fit with the ratio as a parameter.
 fn friction_ratio(d: &FittedModels, chosen: &ModelFit, x_f: &Quantity, x_0: &Quantity) -> Quantity {
     let scaled = x_f.scaled(1.0 / (FRAC_PI_4 * x_0.value), "");
     if x_0.std_error == 0.0 {
@@ -252,7 +253,7 @@ fn friction_ratio(d: &FittedModels, chosen: &ModelFit, x_f: &Quantity, x_0: &Qua
     found.unwrap_or(scaled)
 }
 
-/// The parameters by the paper's inversion of a Lorentzian.
+/// The parameters by the inversion of a Lorentzian according to the paper.
 pub(super) fn papers_parameters(
     used: &Curve,
     options: &Options,
@@ -274,7 +275,7 @@ pub(super) fn papers_parameters(
     };
     let delta = limited(delta, delta * q_std / found.q, "1/s");
     let x_f = limited(found.x_f, x_f_std, unit);
-    // Inverted beyond its range, the curve has no viscous loss.
+    // If the inversion is outside its range, the curve has no viscous loss.
     let q = if found.q > 0.0 { Quantity::normal(found.q, q_std, "") } else { q_factor(&delta, |_| omega_0) };
     let hz = Quantity::normal(omega_0 / TAU, lorentzian.omega_0_std() / TAU, "Hz");
     let mut list: Parameters = [
@@ -291,7 +292,7 @@ pub(super) fn papers_parameters(
     list
 }
 
-/// Whether a loss is one of the two that the exact response has.
+/// Whether a loss is one of the two included in the exact response.
 pub(super) fn is_exact(term: LossTerm) -> bool {
     matches!(term, LossTerm::Viscous | LossTerm::Sliding)
 }
@@ -309,7 +310,7 @@ mod tests {
         assert_eq!(ratio(0.3, 1.4), [0.0, 1.0]);
         assert_eq!(ratio(0.3, f64::INFINITY), [0.0, 1.0]);
         assert_eq!(ratio(0.3, 0.7), [0.0, 0.7]);
-        // Where the motion stops, the value itself may lie beyond.
+        // If the motion stops, the value itself may exceed the limit.
         assert_eq!(ratio(1.1, 1.2), [0.0, 1.1]);
     }
 }

@@ -1,4 +1,4 @@
-//! The friction-free reference fitted by itself.
+//! Fit of the friction-free reference alone.
 
 use super::block::Block;
 use super::criteria::{Criteria, SearchCriteria};
@@ -15,18 +15,18 @@ use crate::Error;
 use crate::inference::least_squares::{Fit, LeastSquares, minimise};
 use crate::inference::noise::NoiseModel;
 
-/// A reference without friction, fitted by itself.
+/// A reference without friction, fitted alone.
 pub(super) struct FrictionFreeFit {
     pub(super) block: Block,
-    /// Where its parameters, and its drive, begin in the joint fit.
+    /// Start values of its parameters, and of its drive, in the joint fit.
     parameters: Vec<f64>,
-    /// Of its points.
+    /// Variance of its points.
     pub(super) variance: f64,
 }
 
 impl FrictionFreeFit {
-    /// The reference must be a resonance by itself, and its noise is its own; method and centre are
-    /// those of the curve's `problem`.
+    /// The reference must be a resonance by itself, and it has its own noise; method and centre are those of the
+    /// curve's `problem`.
     pub(super) fn new(
         block: Block,
         problem: &Problem,
@@ -69,7 +69,7 @@ impl FrictionFreeFit {
         self.parameters[X_0]
     }
 
-    /// Parameters free beside those of the curve.
+    /// Free parameters in addition to those of the curve.
     pub(super) fn free(&self, phase: bool, background: bool) -> Vec<usize> {
         let mut free = vec![R_OMEGA, R_DELTA];
         if self.block.complex && phase {
@@ -81,13 +81,13 @@ impl FrictionFreeFit {
         free
     }
 
-    /// Copies its own parameters into start values of the joint fit.
+    /// Copies its parameters into start values of the joint fit.
     pub(super) fn copy_to(&self, p: &mut [f64]) {
         p[R_OMEGA..].copy_from_slice(&self.parameters[R_OMEGA..]);
     }
 }
 
-/// p value of sliding friction in the reference by itself, its drive free; `fit` is the joint one.
+/// p value of no sliding friction in the reference alone, with its drive free; `fit` is the joint fit.
 pub(super) fn sliding_p_value(problem: &Problem, fit: &Fit, c: &SearchCriteria) -> f64 {
     let Some(block) = problem.reference.clone() else { return 1.0 };
     let q = &fit.parameters;

@@ -1,4 +1,4 @@
-//! Residuals of a fit: Rice's noise, outliers, autocorrelation.
+//! Residuals of a fit: Rice noise, outliers, autocorrelation.
 
 use super::criteria::ResidualCriteria;
 use super::problem::Problem;
@@ -6,15 +6,15 @@ use crate::inference::least_squares::{Fit, LeastSquares, minimise};
 use crate::inference::noise::{NoiseModel, ar1_variance_inflation};
 use crate::motion::steady::Phasor;
 
-/// Variance of a point of precision one.
+/// Variance of a point with precision one.
 pub(super) fn variance(problem: &Problem, fit: &Fit) -> f64 {
     fit.rss / (problem.observations() - fit.free.len() as f64).max(1.0)
 }
 
-/// Sets Rice's noise and the weights that go with it.
+/// Sets the Rice noise and the corresponding weights.
 pub(super) fn set_rice(problem: &mut Problem, p: &[f64], variance: f64, c: &ResidualCriteria) {
     let n = problem.main.len();
-    // Noise above the lowest amplitudes read is none of Rice's.
+    // Noise larger than the lowest amplitudes cannot be Rice noise.
     let mut low: Vec<f64> = (0..n).map(|i| problem.main.data[i].re).collect();
     low.sort_by(f64::total_cmp);
     problem.main.rice = variance.min(low[(n / c.rice_part.max(1)).min(n - 1)].powi(2));
@@ -27,7 +27,7 @@ pub(super) fn set_rice(problem: &mut Problem, p: &[f64], variance: f64, c: &Resi
     }
 }
 
-/// Fits amplitudes with Rice's noise, whose size comes from the fit before.
+/// Fits amplitudes with Rice noise, whose size is taken from the previous fit.
 pub(super) fn refit_with_rice(problem: &mut Problem, fit: &mut Fit, free: &[usize], c: &ResidualCriteria) {
     const ROUNDS: usize = 2;
     if problem.main.complex {
@@ -42,7 +42,7 @@ pub(super) fn refit_with_rice(problem: &mut Problem, fit: &mut Fit, free: &[usiz
     }
 }
 
-/// Leaves single points far off the curve out of the sums; how many.
+/// Excludes single points far from the curve from the sums; returns their number.
 pub(super) fn drop_outliers(problem: &mut Problem, p: &[f64], noise: f64, c: &ResidualCriteria) -> usize {
     let n = problem.main.len();
     if n < c.outlier_points {
@@ -75,13 +75,13 @@ pub(super) fn drop_outliers(problem: &mut Problem, p: &[f64], noise: f64, c: &Re
     far.len()
 }
 
-/// First autocorrelation of the residuals along the frequency.
+/// Lag-one autocorrelation of the residuals along the frequency.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Autocorrelation {
     pub(super) rho: f64,
-    /// Noise of one point from differences of the residuals of neighbours.
+    /// Noise of one point from differences between the residuals of neighbours.
     pub(super) neighbour_noise: f64,
-    /// Factor on variances; 1 where the autocorrelation is not significant.
+    /// Variance inflation; 1 if the autocorrelation is not significant.
     pub(super) variance_inflation: f64,
 }
 
@@ -95,11 +95,11 @@ pub(super) fn autocorrelation(problem: &Problem, fit: &Fit, c: &ResidualCriteria
         .filter_map(|(i, m)| {
             let m = m?;
             let r = b.residual(i, &m) * b.precision[i].sqrt();
-            // Along and across the fitted phase, which turns through the peak.
+            // Along and perpendicular to the fitted phase, which rotates through the peak.
             Some(if b.complex && m.value.norm() > 0.0 { r * m.value.conj() / m.value.norm() } else { r })
         })
         .collect();
-    // Rounding counts as white, whatever it left in these.
+    // Rounding counts as white noise, whatever its effect on these residuals.
     let rounding = b.rounding();
     let square: f64 = rounding + r.iter().map(Phasor::norm_sqr).sum::<f64>();
     if r.len() < 5 || !(square > 0.0) {
@@ -112,14 +112,14 @@ pub(super) fn autocorrelation(problem: &Problem, fit: &Fit, c: &ResidualCriteria
     let count = per * (r.len() - 1) as f64;
     let rho = product / square;
     let neighbour_noise = (0.5 * difference / count).sqrt();
-    // Fitting takes correlation away: about half the number of parameters over that of points.
+    // Fitting reduces the correlation by about half the ratio of the numbers of parameters and points.
     let corrected = rho + fit.free.len() as f64 / (per * r.len() as f64) * 0.5;
     let significant = rho * count.sqrt() > c.autocorrelation_errors;
     let variance_inflation = if significant { ar1_variance_inflation(corrected) } else { 1.0 };
     Autocorrelation { rho, neighbour_noise, variance_inflation }
 }
 
-/// The noise as the residuals give it, their autocorrelation counted.
+/// The noise model estimated from the residuals, including their autocorrelation.
 pub(super) fn noise_model(problem: &Problem, fit: &Fit, c: &ResidualCriteria) -> NoiseModel {
     let variance_inflation = autocorrelation(problem, fit, c).variance_inflation;
     NoiseModel { variance_inflation, ..NoiseModel::white(problem.observations()) }

@@ -1,43 +1,42 @@
-//! The response of the oscillator with its instrument terms, and where its parameters stand.
+//! The response of the oscillator with its instrument terms, and the slots of its parameters.
 
 use super::Method;
 use crate::model::loss::{FURTHER, LossTerm};
 use crate::motion::steady::Phasor;
 use crate::motion::steady::fundamental::{Follower, Fundamental, Point, Regime, leading};
 
-/// `omega_0` less the centre, rad/s.
+/// `omega_0` minus the centre, rad/s.
 pub(crate) const OMEGA: usize = 0;
 pub(crate) const DELTA: usize = 1;
 pub(crate) const X_0: usize = 2;
-/// Friction displacement, or the friction ratio where [`Problem::ratio`](super::problem::Problem) is
-/// set.
+/// Friction displacement, or the friction ratio if [`Problem::ratio`](super::problem::Problem) is set.
 pub(crate) const X_F: usize = 3;
 /// Drag rate a2 at the centre frequency, per s and unit.
 pub(crate) const DRAG: usize = 4;
-/// Shift of `omega_0` by the squared amplitude (Duffing), rad/s per unit², behind the coefficients of
-/// the further loss terms.
+/// Shift of `omega_0` per squared amplitude (Duffing), rad/s per unit²; its slot follows those of the further loss
+/// terms.
 pub(crate) const DUFFING: usize = DRAG + 1 + FURTHER;
 pub(crate) const PHASE: usize = DUFFING + 1;
 pub(crate) const DELAY: usize = DUFFING + 2;
 pub(crate) const BG_RE: usize = DUFFING + 3;
 pub(crate) const BG_IM: usize = DUFFING + 4;
-/// A constant in every amplitude that is read, unit of the response; of curves without phases.
+/// A constant in every amplitude read, unit of the response; for curves without phases.
 pub(crate) const OFFSET: usize = DUFFING + 5;
-/// Square of a noise floor that adds to every amplitude in squares; of curves without phases.
+/// Square of a noise floor that adds to every amplitude in quadrature; for curves without phases.
 pub(crate) const FLOOR: usize = DUFFING + 6;
-/// Parameters of the main block.
+/// Number of parameters of the main block.
 pub(super) const MAIN: usize = DUFFING + 7;
-/// The same of the reference; drive, delay, offset, noise floor, drag and Duffing term are shared.
+/// Slots of the reference; drive, delay, offset, noise floor, drag and Duffing term are shared.
 pub(crate) const R_OMEGA: usize = MAIN;
 pub(crate) const R_DELTA: usize = MAIN + 1;
 pub(crate) const R_PHASE: usize = MAIN + 2;
 pub(crate) const R_BG_RE: usize = MAIN + 3;
 pub(crate) const R_BG_IM: usize = MAIN + 4;
 pub(crate) const COUNT: usize = MAIN + 5;
-/// Parameters of the oscillator come first.
+/// Number of parameters of the oscillator, which come first.
 pub(super) const OWN: usize = PHASE;
 
-/// Where a fit keeps the coefficient of a loss term.
+/// Slot of the coefficient of a loss term in a fit.
 pub(crate) fn slot(term: LossTerm) -> usize {
     match term {
         LossTerm::Viscous => DELTA,
@@ -49,22 +48,22 @@ pub(crate) fn slot(term: LossTerm) -> usize {
     }
 }
 
-/// What the model gives at one point.
+/// Model at one point.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Modelled {
-    /// Instrument terms included.
+    /// Value including instrument terms.
     pub(crate) value: Phasor,
     /// The oscillator alone.
     pub(crate) oscillator: Phasor,
-    /// In the amplitude that is read.
+    /// Constant in the amplitude read.
     pub(crate) offset: f64,
-    /// In its square.
+    /// Addition to the square of the amplitude read.
     pub(crate) floor: f64,
     pub(crate) regime: Regime,
 }
 
 impl Modelled {
-    /// Amplitude with the noise floor.
+    /// Amplitude including the noise floor.
     pub(crate) fn size(&self) -> f64 {
         let size = self.value.norm();
         if self.floor == 0.0 { size } else { (size * size + self.floor).max(0.0).sqrt() }
@@ -73,8 +72,8 @@ impl Modelled {
 
 /// The response of one block: oscillator and instrument with their parameters.
 ///
-/// Measured is `Z e^(i (phase - (omega - centre) delay)) + background`, of curves without phases the modulus of
-/// that, in squares a noise floor, and an offset.
+/// The measured response is `Z e^(i (phase - (omega - centre) delay)) + background`; for curves without phases its
+/// modulus, with a noise floor added in quadrature, and an offset.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ModelResponse {
     pub(super) method: Method,
@@ -83,33 +82,33 @@ pub(crate) struct ModelResponse {
     pub(super) delta: f64,
     pub(super) x_0: f64,
     pub(super) x_f: f64,
-    /// With the friction ratio a parameter: `x_F` by the drive, and by the ratio.
+    /// If the friction ratio is a parameter: derivatives of `x_F` with respect to the drive and to the ratio.
     pub(super) ratio: Option<[f64; 2]>,
-    /// Drag, a further loss or a Duffing term takes part.
+    /// Whether drag, a further loss or a Duffing term is included.
     pub(super) amplitude_dependent: bool,
     pub(super) drag: f64,
-    /// Whether further losses take part, and their coefficients.
+    /// Whether further losses are included, and their coefficients.
     pub(super) with_further: bool,
     pub(super) further: [f64; FURTHER],
     pub(super) duffing: f64,
     pub(super) phase: f64,
     pub(super) delay: f64,
     pub(super) background: Phasor,
-    /// The delay is the background's too.
+    /// Whether the delay also applies to the background.
     pub(super) background_delayed: bool,
     pub(super) offset: f64,
     pub(super) floor: f64,
 }
 
 impl ModelResponse {
-    /// The amplitude that is read as this, of curves without phases.
+    /// The amplitude that corresponds to this reading, for curves without phases.
     #[inline(always)]
     pub(super) fn amplitude_of(&self, read: f64) -> f64 {
         let above = read - self.offset;
         if self.floor == 0.0 { above } else { (above * above - self.floor).max(0.0).sqrt() }
     }
 
-    /// The background as it is read at one frequency.
+    /// The background as read at one frequency.
     pub(super) fn background_at(&self, omega: f64) -> Phasor {
         let delayed = self.background_delayed && self.delay != 0.0;
         let rotation = || Phasor::from_polar(1.0, (self.centre - omega) * self.delay);
@@ -128,8 +127,8 @@ impl ModelResponse {
         }
     }
 
-    /// The model at one frequency; `level` is the relative drive, `guess` an amplitude that
-    /// says which branch is meant where there are several.
+    /// The model at one frequency; `level` is the relative drive, `guess` an amplitude that selects the branch if there
+    /// are several.
     pub(crate) fn at(&self, omega: f64, level: f64, guess: f64, follower: &mut Follower) -> Option<Modelled> {
         let mut by = [Phasor::default(); OWN];
         let f = self.oscillator(&self.point(omega, level), guess, follower, &mut by)?;
@@ -170,10 +169,10 @@ impl ModelResponse {
         }
     }
 
-    /// What the coefficient of each further loss is multiplied with at amplitude `r`, to be a rate of
-    /// viscous damping that takes as much: `g(r)/r (omega/omega_c)^n`; and its derivative by `r`.
+    /// Factor by which the coefficient of each further loss is multiplied to give the equivalent rate of viscous
+    /// damping at amplitude `r`, `g(r)/r (omega/omega_c)^n`; and its derivative with respect to `r`.
     ///
-    /// `rate`: the frequency over the centre, at which the coefficients are those of a free decay.
+    /// `rate`: the ratio of the frequency to the centre, where the coefficients are those of a free decay.
     #[inline(always)]
     pub(super) fn further_damping(r: f64, rate: f64) -> [[f64; 2]; FURTHER] {
         let over_r = if r > 0.0 { 1.0 / r } else { 0.0 };
@@ -185,16 +184,16 @@ impl ModelResponse {
         })
     }
 
-    /// The rate of viscous damping that takes as much as all further losses, and its derivative.
+    /// The rate of viscous damping equivalent to all further losses, and its derivative.
     #[inline(always)]
     pub(super) fn further_rate(&self, damping: &[[f64; 2]; FURTHER]) -> [f64; 2] {
         let coefficients = self.further.iter().zip(damping);
         coefficients.fold([0.0; 2], |[sum, slope], (c, [d, by_r])| [sum + c * d, slope + c * by_r])
     }
 
-    /// With drag, further losses and a Duffing term, all by the amplitude itself:
-    /// `R = |Z(delta + a2 R omega/omega_c + ..., omega_0 + c R²)|`, by Newton's method from the
-    /// amplitude measured.
+    /// With drag, further losses and a Duffing term, which depend on the amplitude itself:
+    /// `R = |Z(delta + a2 R omega/omega_c + ..., omega_0 + c R²)|`, solved by Newton's method from the measured
+    /// amplitude.
     fn at_own_amplitude(
         &self,
         point: &Point,
@@ -233,7 +232,7 @@ impl ModelResponse {
                 break;
             }
             let reach = 0.5 * (r + m);
-            // What rests at this amplitude may rest at none.
+            // If the mass is at rest at this amplitude, it may be at rest at zero amplitude.
             r = if m > 0.0 { (r + step.max(-reach).min(reach)).max(0.0) } else { 0.0 };
         }
         let (f, m, r, z_r, gain, damping) = found?;
@@ -260,15 +259,16 @@ impl ModelResponse {
 #[derive(Clone, Copy)]
 pub(super) struct AmplitudeStep {
     pub(super) next: f64,
-    /// What is left, over the amplitude.
+    /// Remaining difference over the amplitude.
     pub(super) gap: f64,
-    /// Change of the response with the amplitude, over what that change brings about: derivatives along the
-    /// response times this are added to derivatives at a fixed amplitude.
+    /// Change of the response with the amplitude, divided by modulus and gain: its product with the scalar product of
+    /// the response and a derivative at fixed amplitude is added to that derivative.
     pub(super) turn: Phasor,
 }
 
 impl ModelResponse {
-    /// The oscillator at amplitude `r` without further losses, and how its damping changes with it.
+    /// The oscillator at amplitude `r` without further losses, and the derivative of its damping with respect to the
+    /// amplitude.
     #[inline(always)]
     pub(super) fn at_amplitude(&self, plain: &Point, r: f64, over_centre: f64) -> (Point, f64) {
         let shift = self.duffing * r * r;
@@ -282,13 +282,14 @@ impl ModelResponse {
         (point, drag)
     }
 
-    /// Whether an oscillator moved by its amplitude still is one.
+    /// Whether an oscillator with amplitude-dependent parameters is still underdamped and close to its natural
+    /// frequency.
     #[inline(always)]
     pub(super) fn is_damped(plain: f64, omega_0: f64, delta: f64) -> bool {
         ((omega_0 - plain).abs() <= 0.5 * plain) & (delta.abs() < omega_0)
     }
 
-    /// From amplitude `r` and the response there with its derivatives by decay rate and frequency.
+    /// From amplitude `r` and the response there, with its derivatives with respect to decay rate and frequency.
     #[inline(always)]
     pub(super) fn amplitude_step(
         &self,
@@ -313,7 +314,7 @@ impl ModelResponse {
     }
 }
 
-/// At a fold the root is double; a bounded slope keeps the step finite.
+/// At a fold the root is double; a bounded derivative keeps the step finite.
 #[inline(always)]
 pub(super) fn bounded(gain: f64) -> f64 {
     let least = if gain < 0.0 { -0.02 } else { 0.02 };

@@ -1,4 +1,4 @@
-//! Multi-start: the least sum of squares from many start values.
+//! Multi-start: the smallest sum of squares from many start values.
 
 use super::block::Block;
 use super::criteria::SearchCriteria;
@@ -9,7 +9,7 @@ use super::start::{self, Start};
 use crate::inference::least_squares::{Fit, LeastSquares, Normal, by_rss, minimise};
 use crate::numeric::order::sort_by_value;
 
-/// All start values for the minimiser, centre at the peak.
+/// All start values for the minimiser, with the centre at the peak.
 pub(crate) fn starts(
     b: &Block,
     peak: &Peak,
@@ -26,7 +26,7 @@ pub(crate) fn starts(
     first.into_iter().chain(list.iter().map(|s| start::parameters(s, None))).collect()
 }
 
-/// The best fit from the best of several starts.
+/// The best fit, started from the best of several starts.
 pub(crate) fn best(
     problem: &Problem,
     starts: &[Vec<f64>],
@@ -36,8 +36,8 @@ pub(crate) fn best(
     best_of(problem, starts, free, c.tries, c)
 }
 
-/// Among many points the starts are followed with some of them, and only where they lead is
-/// followed with all.
+/// With many points the starts are followed with some of the points, and only the resulting minima are followed with
+/// all.
 pub(super) fn best_of(
     problem: &Problem,
     starts: &[Vec<f64>],
@@ -57,10 +57,10 @@ pub(super) fn best_of(
     followed(problem, starts, free, tries, c, &minimise).into_iter().next()
 }
 
-/// A way down: what is minimised, from where, with what free.
+/// A minimisation: the problem, the start, and the free parameters.
 type Minimiser<'a> = dyn Fn(&dyn LeastSquares, &[f64], &[usize]) -> Option<Fit> + 'a;
 
-/// Where the best of the starts lead by a minimiser, the best end first.
+/// The minima reached from the best of the starts by a minimiser, in ascending order of the sum of squares.
 pub(super) fn followed(
     problem: &Problem,
     starts: &[Vec<f64>],
@@ -69,7 +69,7 @@ pub(super) fn followed(
     c: &SearchCriteria,
     minimised: &Minimiser<'_>,
 ) -> Vec<Fit> {
-    // A start far worse than the best is not even summed to its end.
+    // For a start far worse than the best the summation is stopped early.
     let mut least = f64::INFINITY;
     let mut ranked: Vec<(f64, &Vec<f64>)> = starts
         .iter()
@@ -89,20 +89,20 @@ pub(super) fn followed(
             found.push(fit);
             by_rss(&mut found);
         } else if tries == c.tries && near(&found[0]) {
-            // The same minimum twice is the minimum; with more or fewer tries every start counts.
+            // If the same minimum is found twice, the search ends; with more or fewer tries every start is followed.
             break;
         }
     }
     found
 }
 
-/// The sum of squares at one place; `None` where there is no motion or it exceeds `limit`.
+/// The sum of squares for one parameter vector; `None` if there is no motion or if it exceeds `limit`.
 pub(super) fn rss(problem: &Problem, p: &[f64], limit: f64) -> Option<f64> {
     let mut sums = Normal::zeros(COUNT);
     (problem.normal_within(p, &mut sums, limit) && sums.rss.is_finite()).then_some(sums.rss)
 }
 
-/// About so few of the points, where there are many.
+/// The problem with about `few` of the points, if there are many.
 pub(super) fn thinned(problem: &Problem, few: usize, c: &SearchCriteria) -> Option<Problem> {
     let n = problem.main.len();
     if n < 2 * few {

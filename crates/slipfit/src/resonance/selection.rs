@@ -1,4 +1,4 @@
-//! Which hypotheses about a curve are fitted, and which of the fits is taken.
+//! The hypotheses about a curve that are fitted, and the choice among the fits.
 
 use super::criteria::{Criteria, SelectionCriteria};
 use super::fitted_models::FittedModels;
@@ -10,8 +10,8 @@ use super::residuals::autocorrelation;
 use super::{Options, models};
 use crate::Error;
 
-/// The best hypothesis; without errors of the points, with a noise in proportion to the amplitudes
-/// where the residuals show one.
+/// The best hypothesis; if the points have no given errors, with noise proportional to the amplitudes if the residuals
+/// show it.
 pub(super) fn best_fit(
     curve: &PreparedCurve,
     options: &Options,
@@ -38,8 +38,8 @@ pub(super) fn best_fit(
     Ok(found)
 }
 
-/// Fits the plain curve, and the other hypotheses that it or the options ask for; the loss models of
-/// the one that the rules of [`select`] take.
+/// Fits the plain curve, and the other hypotheses suggested by its fit or the options; returns the loss models of the
+/// one chosen by the rules of [`select`].
 fn best_hypothesis(
     curve: &PreparedCurve,
     options: &Options,
@@ -48,10 +48,10 @@ fn best_hypothesis(
     let c = &criteria.selection;
     let work = &curve.main.work;
     let fit = |hypothesis| fit(curve, hypothesis, options, criteria);
-    // Without the delay that a curve has, the search for the plain one may have no end.
+    // If the delay of a curve is missing, the search for the plain curve may not converge.
     let share = if curve.main.complex { criteria.search.share } else { 1.0 };
     let plain = work.within(share, || fit(Hypothesis::plain(curve)));
-    // A delay asked for may be many turns across the curve: no start value but its own leads there.
+    // A requested delay may be many turns across the curve, which only its own start value can reach.
     let delay_asked = options.terms.delay == Some(true) && curve.main.complex;
     let first = plain.as_ref().ok().map(PlainOutcome::of);
     let implausible = first.is_some_and(|f| f.implausible(c));
@@ -62,7 +62,7 @@ fn best_hypothesis(
     let amplitudes = amplitudes.and_then(|h| compared(h).ok());
     let mut others: Vec<FittedModels> = Vec::new();
     if delay_asked || implausible || insufficient {
-        // Where the plain curve is plausible, its outliers are outliers.
+        // If the plain curve is plausible, its outliers are valid.
         let plausible = plain.as_ref().ok().filter(|_| insufficient && !implausible);
         let without = plausible.map(|plain| curve.weighted(&plain.problem.main.weight));
         let by_amplitudes = amplitudes.as_ref().map_or(f64::INFINITY, |a| Outcome::of(a).variance);
@@ -76,7 +76,7 @@ fn best_hypothesis(
     let chosen = plain.and_then(|plain| match select(&PlainOutcome::of(&plain), &outcomes, c) {
         Some(other) => Ok(others.swap_remove(other)),
         None => {
-            // Whatever its fit and the others took, there is work for its loss models.
+            // Work is reserved for its loss models, whatever its fit and the others used.
             work.leave(criteria.search.models_part);
             models::compare(curve, plain)
         }
@@ -94,8 +94,8 @@ fn best_hypothesis(
     }
 }
 
-/// Backgrounds and delays from the start, until one leaves nothing but noise; those whose variance is above
-/// `most` are left out.
+/// Fits with backgrounds and delays from the start, until the residuals of one are only noise; those with a variance
+/// above `most` are excluded.
 fn with_instrument(
     curve: &PreparedCurve,
     most: f64,
@@ -119,7 +119,7 @@ fn with_instrument(
     found
 }
 
-/// One hypothesis with the terms that the data need.
+/// Fit of one hypothesis with the terms that the data require.
 fn fit<'a>(
     curve: &PreparedCurve,
     hypothesis: Hypothesis,
@@ -137,7 +137,7 @@ fn fit<'a>(
     Ok(fit)
 }
 
-/// What the rules look at in the plain curve.
+/// Properties of the plain curve used by the rules.
 #[derive(Debug, Clone, Copy)]
 struct PlainOutcome {
     complex: bool,
@@ -145,13 +145,13 @@ struct PlainOutcome {
     height: f64,
     /// Variance of the points about their mean.
     variation: f64,
-    /// Variance of a point that curve and oscillator left before terms were added.
+    /// Residual variance of a point before terms were added.
     first_variance: f64,
-    /// The same in the end.
+    /// The same after terms were added.
     variance: f64,
-    /// Variance of the noise between neighbours.
+    /// Variance of the noise from differences between neighbours.
     noise_variance: f64,
-    /// Instrument terms, drag or Duffing were added, or a background takes part.
+    /// Whether instrument terms, drag or Duffing were added, or a background is included.
     more_terms: bool,
 }
 
@@ -169,33 +169,33 @@ impl PlainOutcome {
         }
     }
 
-    /// Its phases fit no resonance, and terms of the instrument added do not mend that.
+    /// Whether its phases fit no resonance, and added instrument terms do not correct this.
     fn implausible(&self, c: &SelectionCriteria) -> bool {
         let suspect = self.first_variance.sqrt() > c.implausible_residual * self.height
             || self.first_variance > c.implausible_part * self.variation;
         self.complex && suspect && self.leaves_more_than_noise(c)
     }
 
-    /// Terms were added one by one and leave more than noise: together they may not.
+    /// Whether terms were added one by one and the residuals are more than noise; fitted together they may suffice.
     fn insufficient(&self, c: &SelectionCriteria) -> bool {
         self.complex && self.more_terms && self.leaves_more_than_noise(c)
     }
 
-    /// Most variance with phases and instrument terms instead of the plain curve, whose amplitudes alone leave
-    /// `amplitudes`.
+    /// Largest variance with phases and instrument terms at which these replace the plain curve; `amplitudes` is the
+    /// residual variance of its amplitudes alone.
     fn most_instead(&self, amplitudes: f64, c: &SelectionCriteria) -> f64 {
         let with_phases = c.phases_over_amplitudes * amplitudes;
         with_phases.min(c.phases_over_plain * self.first_variance).min(self.variance)
     }
 
-    /// Amplitudes alone explain the curve so much better that its phases are none.
+    /// Whether amplitudes alone explain the curve so much better that its phases are invalid.
     fn phases_are_wrong(&self, amplitudes: f64, c: &SelectionCriteria) -> bool {
         self.implausible(c)
             && amplitudes < c.amplitudes_over_plain * self.first_variance
             && c.phases_over_amplitudes * amplitudes < self.variance
     }
 
-    /// Most variance with which a hypothesis with instrument terms from the start may be taken.
+    /// Largest variance with which a hypothesis with instrument terms from the start may be chosen.
     fn most_with_instrument(&self, amplitudes: f64, c: &SelectionCriteria) -> f64 {
         let instead = if self.implausible(c) { self.most_instead(amplitudes, c) } else { 0.0 };
         let asked = self.insufficient(c) && !self.phases_are_wrong(amplitudes, c);
@@ -208,12 +208,12 @@ impl PlainOutcome {
     }
 }
 
-/// What the rules look at in another hypothesis.
+/// Properties of another hypothesis used by the rules.
 #[derive(Debug, Clone, Copy)]
 struct Outcome {
-    /// Amplitudes alone, without phases.
+    /// Whether it uses amplitudes alone, without phases.
     amplitudes: bool,
-    /// Variance of a point that the preferred loss model leaves, none of its losses below zero.
+    /// Residual variance of a point for the preferred loss model, with no negative loss.
     variance: f64,
 }
 
@@ -225,7 +225,7 @@ impl Outcome {
     }
 }
 
-/// The hypothesis that explains what the plain curve cannot; `None`: the plain curve.
+/// The hypothesis that explains what the plain curve cannot; `None` for the plain curve.
 fn select(plain: &PlainOutcome, others: &[Outcome], c: &SelectionCriteria) -> Option<usize> {
     let least = |amplitudes: bool| {
         let of_kind = (0..others.len()).filter(|&i| others[i].amplitudes == amplitudes);
@@ -279,7 +279,7 @@ mod tests {
     #[test]
     fn a_fit_that_leaves_the_curve_as_it_is_explains_nothing() {
         let c = SelectionCriteria::default();
-        // A narrow peak on a high background: the residual is small beside its height.
+        // A narrow peak on a high background: the residuals are small compared with its height.
         let left = PlainOutcome { variation: 0.004, ..plain(0.004, false) };
         assert!(left.implausible(&c));
         assert_eq!(select(&left, &[instrument(1e-6)], &c), Some(0));
@@ -292,9 +292,9 @@ mod tests {
         let plain = plain(0.1, false);
         assert!(plain.implausible(&c));
         assert_eq!(select(&plain, &[instrument(0.02), amplitudes(1e-6)], &c), Some(1));
-        // Phases that fit with a background and a delay are twice the data.
+        // Phases that fit with a background and a delay double the data.
         assert_eq!(select(&plain, &[instrument(0.02), instrument(1.5e-6), amplitudes(1e-6)], &c), Some(1));
-        // Amplitudes that fit hardly better prove nothing against the phases.
+        // Amplitudes that fit hardly better are no evidence against the phases.
         assert_eq!(select(&plain, &[instrument(0.02), amplitudes(0.011)], &c), Some(0));
         assert_eq!(select(&plain, &[instrument(0.06), amplitudes(0.05)], &c), None);
     }

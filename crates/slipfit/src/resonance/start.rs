@@ -10,7 +10,7 @@ use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_4, PI};
 /// Start values of the oscillator.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Start {
-    /// Natural frequency less the peak's, rad/s.
+    /// Natural frequency minus that of the peak, rad/s.
     pub(crate) shift: f64,
     pub(crate) delta: f64,
     pub(crate) x_0: f64,
@@ -18,15 +18,15 @@ pub(crate) struct Start {
     pub(crate) phase: f64,
 }
 
-/// The balance of the fundamental, linear in all unknowns when phases are known:
+/// The balance of the fundamental, which is linear in all unknowns if phases are known:
 ///
 /// ```text
 /// (omega_0² - omega²) Z + 2 i delta omega Z + i (4/pi) x_F omega_0² Z/|Z| = omega_0² x_0 e^(i phase)
 /// ```
 ///
-/// solved twice, weighted by what the points tell, the second time with the peak of the first.
-/// Where the total loss comes out negative the phases run the other way: then it is solved
-/// for their mirror image, and the second value is true.
+/// It is solved twice, with weights according to the information of the points, the second time with the peak of the
+/// first solution. If the total loss is negative, the phases have the opposite sign: then it is solved for their
+/// complex conjugates, and the second value is true.
 pub(crate) fn linear(b: &Block, peak: &Peak, friction: bool) -> Option<(Start, bool)> {
     if !b.complex || b.len() < 4 {
         return None;
@@ -41,7 +41,7 @@ pub(crate) fn linear(b: &Block, peak: &Peak, friction: bool) -> Option<(Start, b
         if !friction {
             m[(2, 2)] = 1.0;
         }
-        // A trace of ridge keeps curves that hold no friction solvable.
+        // A small ridge term keeps the equations of curves without friction solvable.
         for a in 0..5 {
             m[(a, a)] *= 1.0 + 1e-12;
         }
@@ -70,8 +70,7 @@ pub(crate) fn linear(b: &Block, peak: &Peak, friction: bool) -> Option<(Start, b
     (start.x_0 > 0.0 && start.shift.is_finite()).then_some((start, conjugated))
 }
 
-/// The minimiser's parameters; with another drive `known` at the same height, `x_0 - (4/pi) x_F`
-/// stays.
+/// The parameters of the minimiser; for a `known` drive `x_0 - (4/pi) x_F` is kept, which leaves the height unchanged.
 pub(crate) fn parameters(start: &Start, known: Option<f64>) -> Vec<f64> {
     let mut s = *start;
     if let Some(x_0) = known {
@@ -83,7 +82,7 @@ pub(crate) fn parameters(start: &Start, known: Option<f64>) -> Vec<f64> {
     p
 }
 
-/// The balance at every point, its rows weighted by a peak of given centre and width.
+/// The balance at every point, with rows weighted by a peak of given centre and width.
 struct Balance<'a> {
     b: &'a Block,
     peak: &'a Peak,
@@ -138,16 +137,16 @@ impl pulp::WithSimd for Balance<'_> {
     }
 }
 
-/// Friction ratios tried where nothing better is known.
+/// Friction ratios tried if nothing better is known.
 const RATIOS: [f64; 7] = [0.0, 0.2, 0.4, 0.6, 0.8, 0.9, 0.97];
 
-/// Starts from height and width of the peak, by the leading term: at 1/√2 of the height
+/// Starts from height and width of the peak, from the leading term: at 1/√2 of the height
 ///
 /// ```text
 /// delta_e = half width / sqrt(2 [1 - ((1 - beta)/√2 + beta)²]),   x_0 = 2 delta_e height/omega_0
 /// ```
 ///
-/// with `delta_e = delta/(1 - beta)` the whole loss at the peak.
+/// with `delta_e = delta/(1 - beta)`, the total loss at the peak.
 pub(crate) fn grid(peak: &Peak, phase: f64, known: Option<f64>) -> Vec<Start> {
     RATIOS
         .iter()
@@ -161,14 +160,14 @@ pub(crate) fn grid(peak: &Peak, phase: f64, known: Option<f64>) -> Vec<Start> {
             .min(0.7 * peak.omega);
             let x_0 = known.unwrap_or(2.0 * whole * peak.height / peak.omega);
             let delta = (1.0 - beta) * whole;
-            // The peak of the displacement lies below omega_0.
+            // The peak of the displacement is below omega_0.
             let shift = peak.omega.hypot(std::f64::consts::SQRT_2 * delta) - peak.omega;
             Start { shift, delta, x_0, x_f: FRAC_PI_4 * beta * x_0, phase }
         })
         .collect()
 }
 
-/// Phase offset that turns the response at the peak to a lag of a quarter.
+/// Phase offset that gives the response at the peak a lag of a quarter cycle.
 pub(crate) fn phase_at_peak(b: &Block, peak: &Peak) -> f64 {
     if b.complex { wrapped(b.data[peak.index].arg() + 0.5 * PI) } else { 0.0 }
 }
@@ -210,12 +209,12 @@ mod tests {
             let peak = peak::find(&b).unwrap();
             let (s, conjugated) = linear(&b, &peak, true).unwrap();
             assert_eq!(conjugated, sign < 0.0);
-            // The leading balance is right to some per cent.
+            // The leading balance is accurate to a few per cent.
             assert!((s.delta / 0.03 - 1.0).abs() < 0.1, "{s:?}");
             assert!((s.x_f / 0.06 - 1.0).abs() < 0.1, "{s:?}");
             assert!((peak.omega + s.shift - 6.0).abs() < 1e-3, "{s:?}");
             assert!((s.phase - 0.4).abs() < 0.05, "{s:?}");
-            // A width beyond the frequency, as hostile numbers have it: a start or none, never a panic.
+            // A width beyond the frequency, as for extreme input: a start or none, but no panic.
             for half_width in [1e4 * peak.omega, 1e300] {
                 let wide = Peak { half_width, ..peak };
                 let start = linear(&b, &wide, true);

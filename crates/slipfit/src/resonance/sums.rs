@@ -1,4 +1,4 @@
-//! Normal equations of a curve, many points at a time.
+//! Normal equations of a curve, accumulated for many points at a time.
 
 use super::block::Block;
 use super::lanes::{Lanes, PIECE, Points};
@@ -8,7 +8,7 @@ use crate::motion::steady::fundamental::Follower;
 use crate::numeric::products::{Products, WIDTH};
 use crate::numeric::trig;
 
-/// Sums of a block over the `columns` of its parameters, the residual last; `None` where the model does not exist or
+/// Sums of a block over the `columns` of its parameters, with the residual last; `None` if the model does not exist or
 /// the sum of squares exceeds `limit`.
 pub(super) fn products(block: &Block, at: ModelResponse, columns: &[usize], limit: f64) -> Option<Products> {
     let rotation = Phasor::from_polar(1.0, at.phase);
@@ -24,7 +24,7 @@ struct Pass<'a> {
     block: &'a Block,
     columns: &'a [usize],
     at: ModelResponse,
-    /// By the phase offset.
+    /// Rotation by the phase offset.
     rotation: Phasor,
     limit: f64,
     products: Products,
@@ -32,7 +32,7 @@ struct Pass<'a> {
 }
 
 impl pulp::WithSimd for Pass<'_> {
-    /// With the work of motions that stop.
+    /// Also returns the work of motions that stop.
     type Output = (Option<Products>, u64);
 
     #[inline(always)]
@@ -52,7 +52,7 @@ impl Pass<'_> {
         (exists.then_some(self.products), self.follower.work())
     }
 
-    /// `None` where the model does not exist, the limit is exceeded, or the work is too much.
+    /// `None` if the model does not exist, the limit is exceeded, or the work is used up.
     #[inline(always)]
     fn add_up<S: pulp::Simd, const FUSED: bool>(&mut self, simd: S) -> Option<()> {
         let mut points = Points::new();
@@ -95,15 +95,14 @@ impl Pass<'_> {
                 lanes.by_im[X_F][k] *= scale;
             }
         }
-        // Phases do not matter to products: the data are turned back rather than the model turned.
+        // Products are independent of the phase, so the data are rotated instead of the model.
         let (mut cos, mut sin) = ([self.rotation.re; PIECE], [self.rotation.im; PIECE]);
         if at.delay != 0.0 {
             for k in 0..PIECE {
                 (sin[k], cos[k]) = trig::sin_cos(at.phase - (points.omega[k] - at.centre) * at.delay);
             }
         }
-        // A background that the delay turns as well turns against the oscillator by the phase offset
-        // alone.
+        // A background to which the delay also applies rotates relative to the oscillator by the phase offset alone.
         let (across, along) = if at.background_delayed {
             ([self.rotation.re; PIECE], [self.rotation.im; PIECE])
         } else {
@@ -132,7 +131,7 @@ impl Pass<'_> {
                     }
                     BG_RE => (across[k], -along[k]),
                     BG_IM => (along[k], across[k]),
-                    // Of amplitudes alone, below.
+                    // For amplitudes only, see below.
                     OFFSET | FLOOR => (0.0, 0.0),
                     _ => (lanes.by_re[j][k], lanes.by_im[j][k]),
                 };
@@ -173,7 +172,7 @@ impl Pass<'_> {
             for k in 0..PIECE {
                 let size = read[k];
                 read[k] = self.block.read(size, points.index[k]);
-                // d read/d size; the excess hardly changes with it.
+                // d read/d size; the excess is nearly constant.
                 let slope = size / read[k];
                 along_re[k] *= slope;
                 along_im[k] *= slope;

@@ -1,5 +1,5 @@
-//! Every set of instrument terms that may be part of a curve, fitted; the one taken, and the others, among
-//! them the one with or without a Duffing term.
+//! Fits of every set of instrument terms that may be part of a curve: the one chosen, and the others, including the one
+//! with or without a Duffing term.
 
 use super::alternatives::{OtherFit, TermSet, counted_parameters};
 use super::background_minima::distinct;
@@ -43,7 +43,7 @@ impl TermSet {
         Self { background, delay, background_delayed, offset, floor, duffing }
     }
 
-    /// Terms beyond the oscillator.
+    /// Number of terms apart from the oscillator.
     fn terms(self) -> f64 {
         let terms = [self.background, self.delay, self.offset, self.floor];
         terms.into_iter().map(|term| f64::from(u8::from(term))).sum()
@@ -51,13 +51,13 @@ impl TermSet {
 }
 
 impl HypothesisFit<'_> {
-    /// Fits every set of instrument terms that the options allow, and takes the one of lowest BIC,
-    /// a margin for each term; terms are dropped by the same rule as they are added.
+    /// Fits every set of instrument terms allowed by the options, and takes the one of lowest BIC with a margin for
+    /// each term; terms are dropped by the same rule as they are added.
     pub(super) fn settle_instrument(&mut self) {
         let mut others: Vec<(Problem, OtherFit)> = Vec::new();
         let now = TermSet::of(&self.problem, &self.fit.free);
         let has_drag = self.fit.free.contains(&DRAG);
-        // Added or not before: it may only stretch the intervals.
+        // Whether it was added before or not, the other choice may only widen the intervals.
         let other_spring = TermSet { duffing: !now.duffing, ..now };
         let sets = SETS.map(|set| TermSet { duffing: now.duffing, ..set }).into_iter().chain([other_spring]);
         for set in sets.filter(|set| self.is_allowed(*set)) {
@@ -81,7 +81,7 @@ impl HypothesisFit<'_> {
             }
             _ => noise_model(&self.problem, &self.fit, &self.criteria.residuals),
         };
-        // Where more than noise is left, a term may only make up for what the law lacks.
+        // If the residuals are more than noise, a term may only compensate for a deficiency of the law.
         let margin = if noise.variance_inflation > 1.0 {
             self.criteria.inference.instrument_bic_margin
         } else {
@@ -93,7 +93,7 @@ impl HypothesisFit<'_> {
             noise.bic(fit.rss, counted_parameters(&fit.free)) + margin * set.terms() + floor
         };
         let least = rank(now, &self.fit);
-        // Drag is judged among the loss models, and a Duffing term was added or not before.
+        // Drag is judged among the loss models; the Duffing term was decided before.
         let comparable = |o: &OtherFit| {
             [DRAG, DUFFING].iter().all(|k| o.unbounded.free.contains(k) == self.fit.free.contains(k))
         };
@@ -109,17 +109,17 @@ impl HypothesisFit<'_> {
         self.others.extend(drag_instead);
     }
 
-    /// Fits with drag in the place of terms of the instrument, which may look alike.
+    /// Fits with drag in place of instrument terms, which may look alike.
     fn with_drag_instead(&self) -> Vec<OtherFit> {
         let now = TermSet::of(&self.problem, &self.fit.free);
-        // Where the plain curve is implausible, it is not drag that makes it so.
+        // If the plain curve is implausible, drag is not the reason.
         if self.hypothesis.kind != Kind::Plain
             || self.fit.free.contains(&DRAG)
             || self.options.model.is_some()
         {
             return Vec::new();
         }
-        // Drag cannot explain what is hopeless without it.
+        // Drag cannot explain a curve whose fit is hopeless without it.
         let most = self.criteria.search.hopeless * self.fit.rss;
         let hopeful = |set: TermSet| self.others.iter().any(|o| o.set == set && o.bounded.rss < most);
         let fewer = SETS.into_iter().map(|set| TermSet { duffing: now.duffing, ..set });
@@ -127,7 +127,7 @@ impl HypothesisFit<'_> {
         fewer.flat_map(|set| self.with_set(set, true, &[])).map(|(_, other)| other).collect()
     }
 
-    /// Takes a fit of another set of terms instead of this one, which becomes one of the others.
+    /// Replaces the present fit by one with another set of terms; the present fit becomes one of the others.
     fn take(&mut self, i: usize) {
         let now = TermSet::of(&self.problem, &self.fit.free);
         let left = OtherFit { set: now, unbounded: self.fit.clone(), bounded: self.within_limits() };
@@ -142,8 +142,8 @@ impl HypothesisFit<'_> {
         self.fit = taken.unbounded;
     }
 
-    /// Takes a background, an offset or a noise floor instead of the drag that amplitudes without phases prefer, unless they do so
-    /// clearly; whether it was taken.
+    /// For amplitudes without phases that prefer drag, takes a background, an offset or a noise floor instead, unless
+    /// the preference is clear; returns whether it did.
     pub(super) fn background_instead_of_drag(&mut self, comparison: &ModelComparison) -> bool {
         let now = TermSet::of(&self.problem, &self.fit.free);
         if self.problem.main.complex
@@ -170,7 +170,7 @@ impl HypothesisFit<'_> {
             })
             .min_by(|&a, &b| bic(&self.others[a]).total_cmp(&bic(&self.others[b])));
         let Some(i) = best.filter(|&i| bic(&self.others[i]) < most) else { return false };
-        // Backgrounds that do as well are several minima of one fit.
+        // Backgrounds that fit equally well are several minima of one fit.
         let instead = self.others[i].set;
         let minima = self.others.iter().filter(|o| o.set == instead && !o.unbounded.free.contains(&DRAG));
         let mut minima: Vec<Fit> = minima.map(|o| o.unbounded.clone()).collect();
@@ -182,7 +182,7 @@ impl HypothesisFit<'_> {
         true
     }
 
-    /// Whether the options leave the choice of these terms, and the points are enough.
+    /// Whether the options allow this set of terms, and the points can determine it.
     fn is_allowed(&self, set: TermSet) -> bool {
         let wanted = self.options.terms;
         let allowed = |asked: Option<bool>, has: bool| asked.is_none_or(|asked| asked == has);
@@ -195,10 +195,11 @@ impl HypothesisFit<'_> {
             && !(self.problem.main.complex && (set.offset || set.floor))
     }
 
-    /// Where fits with a part of the terms `free` lead: a delay and a background together have several minima, which
-    /// few points do not tell apart, and an offset or a noise floor is far from a background that was fitted instead.
+    /// Minima of fits with a subset of the terms `free`, as starts: a delay and a background together have several
+    /// minima, which few points do not distinguish, and an offset or a noise floor is far from a background that was
+    /// fitted instead.
     fn starts_of_parts(&self, free: &[usize], others: &[(Problem, OtherFit)]) -> Vec<Vec<f64>> {
-        // Other hypotheses are other starts of them already.
+        // Other hypotheses already provide other starts.
         let several = [DELAY, BG_RE].iter().all(|k| free.contains(k))
             || [OFFSET, FLOOR].iter().any(|k| free.contains(k));
         if self.hypothesis.kind != Kind::Plain || !several {
@@ -209,7 +210,7 @@ impl HypothesisFit<'_> {
         parts.map(|f| f.parameters.clone()).collect()
     }
 
-    /// Minima of the terms taken beside the fit itself.
+    /// Minima of the chosen terms other than the fit itself.
     fn other_minima(&self, now: TermSet, others: &[(Problem, OtherFit)]) -> Vec<(Problem, OtherFit)> {
         let parts = self.starts_of_parts(&self.fit.free, others);
         if parts.is_empty() {
@@ -251,7 +252,7 @@ impl HypothesisFit<'_> {
         }
         let fits: Vec<Fit> = if hidden && !self.fit.free.contains(&BG_RE) {
             let fewer: Vec<usize> = free.iter().copied().filter(|k| !BACKGROUNDS.contains(k)).collect();
-            // Without drag the way may lead out of the curve from where drag led.
+            // Without drag the fit may diverge from the parameters found with drag.
             let drag_goes = self.fit.free.contains(&DRAG) && !drag;
             let starts = if drag_goes { &self.starts[..] } else { &[] };
             let from: Vec<Vec<f64>> = std::iter::once(start).chain(starts.iter().cloned()).collect();
@@ -273,7 +274,7 @@ impl HypothesisFit<'_> {
         within_limits(&self.problem, &self.fit).unwrap_or_else(|| self.fit.clone())
     }
 
-    /// The models start from these as well: a term that is not free would keep its value there.
+    /// The loss models are also started from these values: a term that is not free would keep its value there.
     fn drop_from_starts(&mut self, set: TermSet) {
         for start in &mut self.starts {
             if !set.background {
@@ -297,7 +298,7 @@ fn with_limits(problem: &Problem, set: TermSet, unbounded: Fit) -> Option<(Probl
     Some((problem.clone(), OtherFit { set, unbounded, bounded }))
 }
 
-/// The fit with no loss below zero.
+/// The fit without negative losses.
 pub(super) fn within_limits(problem: &Problem, fit: &Fit) -> Option<Fit> {
     let losses: Vec<usize> = LossTerm::ALL.iter().map(|term| slot(*term)).collect();
     constrained(problem, fit, &losses).map(Cow::into_owned)

@@ -1,4 +1,5 @@
-//! Tests of the choice of instrument terms: on simulated curves each is named, and none is reported as friction.
+//! Tests of the choice of instrument terms: on simulated curves each term is identified, and none is reported as
+//! friction.
 
 use super::{Curve, Options, analyse};
 use crate::Parameter;
@@ -10,7 +11,7 @@ use std::f64::consts::TAU;
 
 const DELTA: f64 = 0.01 * 0.5 * TAU;
 
-/// Rad/s, evenly across six half widths of the line about one hertz.
+/// Frequencies, rad/s, equally spaced over six half widths of the line about one hertz.
 fn frequencies(points: usize) -> impl Iterator<Item = f64> {
     (0..points).map(move |i| TAU + 6.0 * DELTA * (2.0 * i as f64 / (points - 1) as f64 - 1.0))
 }
@@ -20,7 +21,7 @@ fn response(omega: f64, delta: f64, x_f: f64) -> Phasor {
     fundamental(&point).unwrap().value
 }
 
-/// Noise of one part in a hundred of a height of ninety in both quadratures.
+/// Noise of one per cent of a height of ninety in both quadratures.
 fn noise(i: usize, seed: u64) -> Phasor {
     Phasor::new(jitter(i, seed), jitter(i, seed + 1)) * 0.9
 }
@@ -37,7 +38,7 @@ fn delta_held(options: &Options, curve: &Curve) -> (bool, Vec<Warning>) {
     ((low..=high).contains(&DELTA), answer.warnings)
 }
 
-/// A delay of the other sign with a larger background is another minimum, to which the fit of both comes first.
+/// A delay of the opposite sign with a larger background is another minimum, which the fit of both reaches first.
 #[test]
 fn the_least_minimum_of_a_delay_with_a_background_is_found() {
     let held = (0..40u64).filter(|&seed| {
@@ -52,7 +53,7 @@ fn the_least_minimum_of_a_delay_with_a_background_is_found() {
         let options = Options { reference, ..Options::default() };
         delta_held(&options, &at(0.0785, 4.5, 4 * seed)).0
     });
-    // Of 40 at 95 % fewer than 34 are one run in 300; without the search 75 % hold it.
+    // Fewer than 34 of 40 at 95 % coverage have a probability of one in 300; without the search 75 % cover the value.
     let held = held.count();
     assert!(held >= 34, "{held} of 40");
 }
@@ -61,7 +62,7 @@ fn the_least_minimum_of_a_delay_with_a_background_is_found() {
 fn drag_counts_where_a_term_of_the_instrument_is_taken_for_it() {
     let (mut held, mut instead) = (0, 0);
     for seed in 0..20 {
-        // As at the highest amplitude a third more loss.
+        // As if the loss were larger by a third at the highest amplitude.
         let seen = curve(41, move |i, w| {
             let (mut low, mut high) = (0.0, 200.0);
             for _ in 0..60 {
@@ -80,8 +81,8 @@ fn drag_counts_where_a_term_of_the_instrument_is_taken_for_it() {
     assert!(instead >= 1, "{instead}");
 }
 
-/// Of 20 curves of amplitudes as `read` by the instrument, their drive known: how many hold the friction, have a
-/// warning that names the term, and find friction.
+/// For 20 curves of amplitudes as `read` by the instrument, with known drive: number of intervals that cover the
+/// friction, of warnings that name the term, and of detections of friction.
 fn of_20(x_f: f64, read: &dyn Fn(usize, u64, Phasor) -> f64, named: &dyn Fn(&Warning) -> bool) -> [usize; 3] {
     let mut counts = [0; 3];
     for seed in 0..20 {
@@ -99,7 +100,7 @@ fn of_20(x_f: f64, read: &dyn Fn(usize, u64, Phasor) -> f64, named: &dyn Fn(&War
     counts
 }
 
-/// A detector's zero raises the flanks as friction lowers the peak.
+/// The zero of a detector raises the flanks just as friction lowers the peak.
 #[test]
 fn a_constant_in_every_amplitude_is_no_friction() {
     for (offset, x_f) in [(0.005, 0.0), (-0.02, 0.0), (-0.02, 0.3)] {
@@ -108,7 +109,8 @@ fn a_constant_in_every_amplitude_is_no_friction() {
         let [held, named, found] = of_20(x_f, &read, &|w| {
             matches!(w, Warning::AmplitudeOffset { .. } | Warning::RivalInstrument { offset: Some(true), .. })
         });
-        // Without the term one interval in five holds the truth, and more than half of the curves find friction.
+        // Without the term one interval in five covers the true value, and friction is detected in more than half of
+        // the curves.
         assert!(held >= 17, "{offset} {x_f}: {held} of 20");
         assert!(named >= 17, "{offset} {x_f}: {named} of 20");
         let most = if x_f > 0.0 { 20 } else { 1 };
@@ -116,7 +118,7 @@ fn a_constant_in_every_amplitude_is_no_friction() {
     }
 }
 
-/// Noise of a spectrum analyser, averaged: it adds in squares.
+/// Averaged noise of a spectrum analyser, which adds in quadrature.
 #[test]
 fn a_noise_floor_is_no_friction() {
     for (floor, x_f) in [(10.0, 0.0), (30.0, 0.0), (5.0, 0.4), (15.0, 0.4)] {
@@ -124,7 +126,8 @@ fn a_noise_floor_is_no_friction() {
         let [held, named, found] = of_20(x_f, &read, &|w| {
             matches!(w, Warning::NoiseFloor { .. } | Warning::RivalInstrument { floor: Some(true), .. })
         });
-        // Without the term none holds the truth and all find friction, except at 30: a background.
+        // Without the term no interval covers the true value and friction is detected in all curves, except at 30: a
+        // background.
         assert!(held >= 17, "{floor} {x_f}: {held} of 20");
         assert!(named >= 17, "{floor} {x_f}: {named} of 20");
         let least = if x_f > 0.0 { 15 } else { 0 };
@@ -132,11 +135,11 @@ fn a_noise_floor_is_no_friction() {
     }
 }
 
-/// Crosstalk, drag and a constant lower the flanks alike where the drive is not known.
+/// Crosstalk, drag and a constant lower the flanks in the same way if the drive is not known.
 #[test]
 fn crosstalk_under_amplitudes_leaves_the_damping_open() {
     let x_f = 0.5 * std::f64::consts::FRAC_PI_4;
-    // A part of the highest amplitude, of which 54 are left by the friction.
+    // A fraction of the highest amplitude, which friction reduces to 54.
     let crosstalk = Phasor::new(0.03 * 54.0, 0.0);
     let held = (0..24u64).filter(|&seed| {
         let seen = frequencies(201).enumerate();
@@ -145,7 +148,7 @@ fn crosstalk_under_amplitudes_leaves_the_damping_open() {
         let curve = Curve::builder(hz, seen.collect()).build().unwrap();
         delta_held(&Options::default(), &curve).0
     });
-    // Without the count of a constant as two parameters, 17.
+    // If a constant did not count as two parameters, 17.
     let held = held.count();
     assert!(held >= 20, "{held} of 24");
 }

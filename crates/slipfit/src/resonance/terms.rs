@@ -1,4 +1,5 @@
-//! Terms that the fit of a curve adds automatically or drops again: background, offset, noise floor, delay, Duffing, drag.
+//! Terms that are automatically added to the fit of a curve or dropped: background, offset, noise floor, delay,
+//! Duffing, drag.
 
 use super::hypothesis_fit::HypothesisFit;
 use super::problem::Problem;
@@ -11,15 +12,15 @@ use crate::model::loss::LossTerm;
 
 /// A fit with more terms.
 struct Extended {
-    /// By which the BIC falls.
+    /// Decrease of the BIC.
     gain: f64,
     fit: Fit,
-    /// Every minimum, where a background was looked for under amplitudes.
+    /// All minima, if a background in amplitudes was searched for.
     minima: Vec<Fit>,
 }
 
 impl HypothesisFit<'_> {
-    /// Adds the terms that the data cannot do without, the one that brings most first.
+    /// Adds the terms that the data require, the one with the largest gain first.
     pub(super) fn add_needed(&mut self) {
         let margin = self.criteria.inference.instrument_bic_margin;
         let wanted = self.options.terms;
@@ -36,7 +37,7 @@ impl HypothesisFit<'_> {
                 .iter()
                 .filter(|(terms, asked, possible)| {
                     let free = &self.fit.free;
-                    // Amplitudes do not tell a background from an offset or a noise floor beside it.
+                    // Amplitudes do not distinguish a background from an offset or a noise floor.
                     let alike = [BG_RE, OFFSET, FLOOR];
                     let instead =
                         !complex && alike.contains(&terms[0]) && alike.iter().any(|k| free.contains(k));
@@ -45,7 +46,7 @@ impl HypothesisFit<'_> {
                 .filter_map(|(terms, ..)| self.with_terms(terms));
             let most = |a: Extended, b: Extended| if b.gain > a.gain { b } else { a };
             let Some(mut found) = tried.filter(|e| e.gain > margin).reduce(most) else { break };
-            // Before the instrument or the spring is blamed: drag, a loss of its own.
+            // Before an instrument or spring term is added, drag, which is a loss, is tried.
             if self.drag_is_possible()
                 && !self.fit.free.contains(&DRAG)
                 && let Some(dragged) = self.with_drag()
@@ -70,7 +71,7 @@ impl HypothesisFit<'_> {
             more.extend([R_BG_RE, R_BG_IM]);
         }
         let trial = self.extended(&mut more)?;
-        // A step of the quadratic model first: most curves need no more to say no.
+        // First one step of the quadratic model, which suffices to reject the terms for most curves.
         if !self.worth_trying(&trial, &more) {
             return None;
         }
@@ -79,11 +80,11 @@ impl HypothesisFit<'_> {
         } else {
             minimise(&trial, &self.fit.parameters, &more).into_iter().collect()
         };
-        // Noise has no square below zero.
+        // The square of the noise cannot be negative.
         let exists = |f: &&Fit| terms[0] != FLOOR || f.parameters[FLOOR] > 0.0;
         let mut fit = minima.first().filter(exists)?.clone();
         let mut gain = self.gain(&trial, &self.fit, &fit);
-        // The skewed peak is not where the straight one was.
+        // The skewed peak is not at the position of the symmetric one.
         if terms[0] == DUFFING
             && gain > self.criteria.inference.instrument_bic_margin
             && let Some(anew) = best(&trial, &self.starts, &more, &self.criteria.search)
@@ -95,7 +96,7 @@ impl HypothesisFit<'_> {
         Some(Extended { gain, fit, minima: if hidden { minima } else { Vec::new() } })
     }
 
-    /// The fit with drag beside what is free.
+    /// The fit with drag in addition to the free parameters.
     fn with_drag(&self) -> Option<Extended> {
         let mut more = self.fit.free.clone();
         more.push(DRAG);
@@ -104,7 +105,7 @@ impl HypothesisFit<'_> {
         Some(Extended { gain: self.gain(&trial, &self.fit, &fit), fit, minima: Vec::new() })
     }
 
-    /// The problem with these parameters free, if there are data enough for them.
+    /// The problem with these parameters free, if there are enough data.
     pub(super) fn extended(&self, free: &mut [usize]) -> Option<Problem> {
         free.sort_unstable();
         let spare = self.criteria.terms.spare_observations;
@@ -116,8 +117,8 @@ impl HypothesisFit<'_> {
         self.options.model.is_none_or(|m| m.has(LossTerm::Drag))
     }
 
-    /// Keeps the minima that belong to the terms now free; looks for them where a background was
-    /// asked for under amplitudes.
+    /// Keeps the minima that belong to the terms now free; searches for them if a background in amplitudes was
+    /// requested.
     pub(super) fn settle_minima(&mut self) {
         let hidden = !self.problem.main.complex && self.options.terms.background == Some(true);
         if hidden && self.minima.is_empty() {
@@ -126,20 +127,20 @@ impl HypothesisFit<'_> {
         }
         let free = &self.fit.free;
         if free.contains(&DUFFING) || free.contains(&DRAG) {
-            // Other minima were those without the terms added since.
+            // The other minima were found without the terms added since.
             let again = |m: &Fit| minimise(&self.problem, &m.parameters, free);
             self.minima = self.minima.iter().filter_map(again).collect();
         }
     }
 
-    /// What terms lower the BIC by. A missing term autocorrelates the residuals: what counts is how
-    /// they are with it, in the problem `richer`.
+    /// Decrease of the BIC by additional terms. A missing term makes the residuals autocorrelated; therefore the noise
+    /// model is taken from the residuals of the fit with the terms, in the problem `richer`.
     fn gain(&self, richer: &Problem, poor: &Fit, rich: &Fit) -> f64 {
         let noise = noise_model(richer, rich, &self.criteria.residuals);
         noise.bic(poor.rss, poor.free.len()) - noise.bic(rich.rss, rich.free.len())
     }
 
-    /// Whether the sums at the present fit promise enough for the new terms.
+    /// Whether the sums at the present fit predict a sufficient gain of the new terms.
     fn worth_trying(&self, trial: &Problem, free: &[usize]) -> bool {
         let mut sums = Normal::zeros(COUNT);
         if !trial.normal(&self.fit.parameters, &mut sums) {
@@ -147,7 +148,7 @@ impl HypothesisFit<'_> {
         }
         let (c, rss) = (&self.criteria.terms, self.fit.rss);
         let noise = NoiseModel::white(trial.observations());
-        // The quadratic model underrates what several steps bring.
+        // The quadratic model underestimates the gain of several steps.
         promised_gain(&sums, free).is_some_and(|gain| {
             let promised = (rss - c.promise_factor * gain).max(c.promise_rest * rss);
             noise.bic(rss, self.fit.free.len()) > noise.bic(promised, free.len())
@@ -168,7 +169,7 @@ mod tests {
     use crate::motion::steady::{Phasor, scan};
     use crate::noise::jitter;
 
-    /// A background and a delay that the fit began with and dropped stay in no model.
+    /// A background and a delay that the fit started with and dropped remain in no model.
     #[test]
     fn a_term_that_was_dropped_is_nowhere_held_at_its_start() {
         let o = Oscillator::kinematic(6.3, 0.06, 0.1).unwrap();

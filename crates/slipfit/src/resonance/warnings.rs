@@ -1,4 +1,4 @@
-//! Which warnings the answer to a curve carries.
+//! Warnings of the answer to a curve.
 
 use super::alternatives::TermSet;
 use super::block::Block;
@@ -87,7 +87,7 @@ pub(super) fn warnings(
     list.extend(rival(d, answer, options, criteria));
     drive(&mut list, d, p, answer, options, criteria);
     let misfit = answer.diagnostics.residual_ratio();
-    // The noise between neighbours is itself known to about one part in the root of their number.
+    // The noise between neighbours has a relative error of about one over the square root of their number.
     if answer.diagnostics.residual_excess > 1.0 && misfit > 1.0 + 1.0 / b.observations().sqrt() {
         list.push(Warning::ModelMisfit { ratio: misfit, misfit: None });
     }
@@ -106,7 +106,7 @@ pub(super) fn warnings(
     list
 }
 
-/// Where the points lie, and what the shape alone can tell.
+/// Position of the points, and what the shape alone can determine.
 fn shape(list: &mut Vec<Warning>, d: &FittedModels, answer: &Answer, c: &AnswerCriteria) {
     let b = &d.problem.main;
     let omega_0 = TAU * answer.parameter(Parameter::NaturalFrequency).map_or(0.0, |q| q.value);
@@ -185,7 +185,7 @@ fn chosen<'a>(d: &'a FittedModels, options: &Options) -> Option<&'a ModelFit> {
     }
 }
 
-/// Points that lag behind the frequency.
+/// Lag of the points behind the frequency.
 fn lagging(d: &FittedModels, options: &Options, criteria: &Criteria) -> Option<Warning> {
     let fit = &chosen(d, options)?.unbounded;
     let problem = d.problem.with(&fit.free);
@@ -193,7 +193,7 @@ fn lagging(d: &FittedModels, options: &Options, criteria: &Criteria) -> Option<W
     Some(Warning::Lag { shift_hz: shift / TAU })
 }
 
-/// Other terms beside the losses that explain the curve as well.
+/// Other terms apart from the losses that explain the curve equally well.
 fn rival(d: &FittedModels, answer: &Answer, options: &Options, criteria: &Criteria) -> Option<Warning> {
     let chosen = chosen(d, options)?;
     let (rival, delta_bic, friction_displacement) = averaged::rival(d, chosen, criteria)?;
@@ -245,7 +245,7 @@ fn drive(
     let apart = (p[R_OMEGA] - p[OMEGA]).abs();
     let relative_frequency = apart / (d.problem.centre + p[OMEGA]);
     let ratio = p[R_DELTA] / p[DELTA];
-    // One resonator keeps its frequency within some widths, and its damping within a factor.
+    // The frequency of one resonator is constant within some widths, and its damping within a factor.
     let width = d.peak.half_width.max(p[R_DELTA]);
     let most = c.reference_damping;
     if apart > c.reference_widths * width || !(1.0 / most..=most).contains(&ratio) {
@@ -256,7 +256,7 @@ fn drive(
     }
 }
 
-/// The points of each run apart, where the frequency went both up and down; else all as one.
+/// The points of each run separately, if the frequency was swept both up and down; otherwise all as one run.
 fn runs_of(used: &Curve, b: &Block, least_points: usize) -> Vec<(RunDirection, Block)> {
     let runs: Vec<_> = used.runs().iter().filter(|r| r.points >= least_points).collect();
     let has = |direction| runs.iter().any(|r| r.direction == direction);
@@ -272,7 +272,7 @@ fn runs_of(used: &Curve, b: &Block, least_points: usize) -> Vec<(RunDirection, B
         .collect()
 }
 
-/// Up against down: where they differ by a jump, rad/s, or how sure they differ at all.
+/// Comparison of up and down runs: frequency of a jump, rad/s, or significance of a difference.
 fn runs_differ(
     runs: &[(RunDirection, Block)],
     d: &FittedModels,
@@ -290,9 +290,9 @@ fn runs_differ(
         all
     };
     let (rising, falling) = (of(RunDirection::Up), of(RunDirection::Down));
-    // Where the runs part ways the residuals of the fit to both are no noise.
+    // Where the runs differ, the residuals of the fit to both are not noise.
     let noise = d.neighbour_noise.min(c.runs_noise * run_noise);
-    // Nor is noise below the rounding of the amplitudes.
+    // The noise is at least the rounding of the amplitudes.
     let noise = noise.max(f64::EPSILON * d.peak.height).max(f64::MIN_POSITIVE);
     let (mut sum, mut count, mut worst) = (0.0, 0.0, (0.0, 0.0));
     for &(omega, a) in &rising {
@@ -302,7 +302,7 @@ fn runs_differ(
         }
         let ((w0, a0), (w1, a1)) = (falling[i - 1], falling[i]);
         let t = if w1 > w0 { (omega - w0) / (w1 - w0) } else { 0.5 };
-        // Between coarse points a straight line is no curve.
+        // Between widely spaced points linear interpolation is not accurate.
         if w1 - w0 > c.run_spacing * half_width {
             continue;
         }
@@ -319,7 +319,7 @@ fn runs_differ(
     if worst.1 > (c.hysteresis_height * d.peak.height).max(c.hysteresis_noise * noise) {
         return (Some(worst.0), None);
     }
-    // Each difference holds the noise of two points, somewhat less by interpolation.
+    // Each difference contains the noise of two points, slightly reduced by interpolation.
     let z = (sum / 2.0 - count) / (2.0f64 * count).sqrt();
     (None, (z > c.runs_differ).then_some(z))
 }

@@ -1,28 +1,27 @@
-//! Work of a search, counted rather than timed, so that every search ends and gives the same answer on
-//! any machine.
+//! Work of a search, counted instead of timed, so that every search ends and gives the same answer on any machine.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-/// Work of a pass whatever its points: parameters, matrices, the step they give.
+/// Work of a pass independent of its points: parameters, matrices, and the step.
 const PASS: u64 = 50;
 /// Work of a point on vector lanes.
 const POINT: u64 = 1;
 
-/// Work for the model at every point where nothing else is left.
+/// Work reserved for the model at every point if nothing else is left.
 const REPORT: u64 = 1_000_000;
 
-/// The work that fits to all copies of a curve may still do, in units of some 30 ns.
+/// The remaining work allowed for fits to all copies of a curve, in units of about 30 ns.
 #[derive(Debug, Clone)]
 pub(crate) struct Work(Arc<Account>);
 
 #[derive(Debug)]
 struct Account {
     most: u64,
-    /// Allowed to the present step, and used by it.
+    /// Allowed for the present step, and used by it.
     step: AtomicU64,
     used: AtomicU64,
-    /// Used by the steps before.
+    /// Used by the previous steps.
     before: AtomicU64,
     cut: AtomicBool,
 }
@@ -34,7 +33,7 @@ impl Default for Work {
     }
 }
 
-/// Blocks are compared by what was measured.
+/// Work is ignored when blocks are compared.
 impl PartialEq for Work {
     fn eq(&self, _: &Self) -> bool {
         true
@@ -60,17 +59,17 @@ impl Work {
         self.0.step.load(Ordering::Relaxed)
     }
 
-    /// What motions with stops may still take.
+    /// Remaining work for motions with stops.
     pub(crate) fn left(&self) -> u64 {
         self.allowed().saturating_sub(self.used())
     }
 
-    /// Whether not even motions in closed form are computed any more, of which a sixteenth more is allowed.
+    /// Whether even motions in closed form are no longer computed; a sixteenth more is allowed for these.
     pub(crate) fn is_spent(&self) -> bool {
         self.used() >= self.allowed().saturating_add(self.allowed() / 16)
     }
 
-    /// Allows `search` a part of what is left, so that what comes after it has the rest.
+    /// Allows `search` a fraction of the remaining work, so that the rest is left for what follows.
     pub(crate) fn within<T>(&self, part: f64, search: impl FnOnce() -> T) -> T {
         let (used, allowed) = (self.used(), self.allowed());
         let most = used.saturating_add((part * self.left() as f64) as u64).min(allowed);
@@ -80,14 +79,14 @@ impl Work {
         found
     }
 
-    /// Leaves at least a part of what the first step had to what follows, once.
+    /// Reserves at least a fraction of the work of the first step for what follows, once.
     pub(crate) fn leave(&self, part: f64) {
         let part = (part * self.0.most as f64) as u64;
         let least = self.used().saturating_add(part).min(self.0.most.saturating_add(part));
         self.0.step.store(self.allowed().max(least), Ordering::Relaxed);
     }
 
-    /// What a curve to be reported may take, whatever the search took.
+    /// Work allowed for a curve to be reported, whatever the search used.
     pub(crate) fn for_report(&self) -> u64 {
         self.left().max(REPORT)
     }
@@ -98,7 +97,7 @@ impl Work {
         self.0.before.load(Ordering::Relaxed) + self.used()
     }
 
-    /// Counts one pass over `points`, with the work of those computed one by one.
+    /// Adds one pass over `points`, with the work of those computed one by one.
     pub(crate) fn spend(&self, points: usize, one_by_one: u64) {
         let spent = (PASS + POINT * points as u64).saturating_add(one_by_one);
         if spent >= self.left() {
@@ -107,7 +106,7 @@ impl Work {
         self.0.used.store(self.used().saturating_add(spent), Ordering::Relaxed);
     }
 
-    /// Allows the next step a part of what the first had.
+    /// Allows the next step a fraction of the work of the first.
     pub(crate) fn renew(&self, part: f64) {
         self.0.before.fetch_add(self.used(), Ordering::Relaxed);
         self.0.used.store(0, Ordering::Relaxed);
@@ -151,13 +150,13 @@ mod tests {
         assert_eq!(work.left(), 1000 - PASS - 600);
         work.spend(0, 1000 - 2 * PASS - 600);
         assert_eq!(work.left(), 0);
-        // Once, however often it is asked for.
+        // Only once, however often it is requested.
         work.leave(0.25);
         assert_eq!(work.left(), 250);
         work.spend(0, 250 - PASS);
         work.leave(0.25);
         assert_eq!(work.left(), 0);
-        // What lies beyond the limit allows a part of it no more.
+        // Work beyond the limit does not allow a further fraction.
         work.spend(0, 1250 / 16);
         work.within(0.5, || assert!(work.is_spent()));
     }

@@ -1,4 +1,4 @@
-//! Work of hostile curves, counted: a curve of few points or of 401 ends within what it is allowed.
+//! Counted work of difficult curves: curves of few points or of 401 points end within the allowed work.
 
 use super::analyse::analyse_within;
 use super::criteria::Criteria;
@@ -7,8 +7,8 @@ use super::{Curve, Options};
 use crate::motion::steady::Phasor;
 use crate::noise::jitter;
 
-/// The work of the default analysis, over what the search and the intervals are allowed; a pass that has
-/// begun is finished.
+/// Ratio of the work of the default analysis to that allowed for the search and the intervals; a pass that has started
+/// is finished.
 fn work_over_allowed(curve: &Curve) -> f64 {
     let criteria = Criteria::default();
     let allowed = criteria.search.work(curve.len());
@@ -17,8 +17,8 @@ fn work_over_allowed(curve: &Curve) -> f64 {
     work.spent() as f64 / allowed as f64
 }
 
-/// The search, the loss models and the intervals, a sixteenth more of each in closed form behind its end; besides
-/// that the points that are reported, a hundredth each.
+/// The search, the loss models and the intervals, each with a sixteenth more in closed form after its end; in addition
+/// the points that are reported, a hundredth each.
 const MOST: f64 = 1.0625 * (1.0 + 0.15 + 0.17) + 0.3;
 
 fn amplitudes(frequency_hz: Vec<f64>, amplitude: Vec<f64>) -> Curve {
@@ -69,7 +69,7 @@ fn four_hundred_points_end() {
     }
 }
 
-/// The phases rise through the resonance, so long is the delay: as they are measured they fit none.
+/// The delay is so long that the phases increase through the resonance: as measured they fit no resonance.
 #[test]
 fn a_plain_curve_without_end_leaves_work_for_a_delay() {
     use super::analyse::analyse;
