@@ -1,10 +1,11 @@
-//! The core's rooms use each other in one direction, and no file of any crate leads back to itself.
+//! The top-level modules of the core depend on each other in one direction only, and no crate has circular
+//! dependencies between its files.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// A room uses only rooms that stand before it, in ARCHITECTURE.md as well.
+/// A top-level module uses only modules listed before it, here and in ARCHITECTURE.md.
 const ROOMS: [&str; 13] = [
     "error",
     "numeric",
@@ -21,7 +22,7 @@ const ROOMS: [&str; 13] = [
     "series",
 ];
 
-/// The crates, from the root of the repository.
+/// The crates, relative to the root of the repository.
 const CRATES: [&str; 10] = [
     "crates/slipfit",
     "crates/slipfit-io",
@@ -37,11 +38,11 @@ const CRATES: [&str; 10] = [
 
 type Module = Vec<String>;
 
-/// The modules of a crate with what each uses, tests left out.
+/// The modules of a crate with what each uses, without tests.
 struct Modules {
-    /// Text without comments and tests.
+    /// Source text without comments and tests.
     texts: BTreeMap<Module, String>,
-    /// Names that a module takes from elsewhere and offers as its own.
+    /// Names that a module re-exports.
     reexports: BTreeMap<Module, Vec<(String, Module)>>,
 }
 
@@ -61,7 +62,7 @@ impl Modules {
             let text: &mut String = texts.entry(module).or_default();
             text.push_str(&code(&std::fs::read_to_string(&file).unwrap()));
         }
-        // Modules for tests only.
+        // Modules compiled for tests only.
         let tests = |(module, text): (&Module, &String)| -> Vec<Module> {
             let names = text.split("#[cfg(test)]").skip(1).filter_map(|after| {
                 let name = after.trim_start().strip_prefix("pub(crate) ").unwrap_or(after.trim_start());
@@ -107,7 +108,7 @@ impl Modules {
         found
     }
 
-    /// A path from the root of the crate, and the name it brings; `None` for other crates.
+    /// A path from the root of the crate, and the name it introduces; `None` for other crates.
     fn absolute(&self, module: &Module, path: &str) -> Option<(String, Module)> {
         let mut parts: Vec<&str> = path.split("::").filter(|part| !part.is_empty()).collect();
         let mut name = (*parts.last()?).to_owned();
@@ -139,7 +140,7 @@ impl Modules {
         Some((name, base))
     }
 
-    /// The module that defines what a path names, re-exports followed.
+    /// The module that defines the item of a path, following re-exports.
     fn definition(&self, path: &Module) -> Module {
         let mut path = path.clone();
         for _ in 0..8 {
@@ -155,10 +156,10 @@ impl Modules {
         path
     }
 
-    /// What each module needs of others.
+    /// The modules that each module depends on.
     fn needs(&self) -> BTreeMap<Module, BTreeSet<Module>> {
         let needs = |(module, text): (&Module, &String)| {
-            // A module that offers names of its parts does not need them.
+            // A module that re-exports names of its submodules does not depend on them.
             let offered: Vec<&Module> = self.reexports[module].iter().map(|(_, path)| path).collect();
             let used = self.uses(module, text, false).into_iter().map(|(_, path)| path);
             let used = used.filter(|path| !offered.contains(&path)).map(|path| self.definition(&path));
@@ -181,7 +182,7 @@ fn files(folder: &Path) -> Vec<PathBuf> {
     all
 }
 
-/// Text up to the tests at the end, without comments.
+/// Source text up to the tests at the end, without comments.
 fn code(text: &str) -> String {
     let end = text.find("\nmod tests").unwrap_or(text.len());
     let lines = text[..end].lines().map(|line| line.split("//").next().unwrap_or_default());
@@ -238,7 +239,7 @@ fn the_rooms_stand_in_the_same_order_in_the_architecture() {
     assert_eq!(rooms, ROOMS);
 }
 
-/// Modules from which a way leads back to themselves.
+/// Modules that depend on themselves through other modules.
 fn circular(needs: &BTreeMap<Module, BTreeSet<Module>>) -> Vec<String> {
     let reach = |from: &Module| {
         let (mut reached, mut next) = (BTreeSet::new(), vec![from.clone()]);

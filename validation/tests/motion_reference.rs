@@ -1,4 +1,4 @@
-//! The exact motion against forty-digit references (`reference/motion`).
+//! The exact motion compared with forty-digit references (`reference/motion`).
 
 #![allow(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
@@ -11,7 +11,7 @@ const FREE: &str = include_str!("../reference/motion/free_decay.txt");
 const DRIVES: &str = include_str!("../reference/motion/drives.txt");
 const DRIVEN: &str = include_str!("../reference/motion/driven.txt");
 
-/// Numbers of a line; the forty digits beyond a double are rounded correctly by the parser.
+/// The numbers of a line; the parser rounds the forty digits correctly to a double.
 fn rows(text: &str) -> impl Iterator<Item = Vec<f64>> + '_ {
     text.lines()
         .filter(|l| !l.starts_with('#'))
@@ -39,7 +39,7 @@ fn free_decays_hold_to_1e_12_after_ten_thousand_half_cycles() {
         let (xx, vv) = decay.state(t);
         assert!((point.position - turn).abs() < 2e-15, "{row:?} {point:?}");
         assert!((point.time_s / turn_time - 1.0).abs() < 2e-16 || n == 0.0);
-        // The time of each row is a double: nothing is lost there.
+        // The time of each row is exactly a double, so it adds no error.
         assert!((xx - x).abs() < 1e-14, "{row:?} {xx} {vv}");
         assert!((vv - v).abs() < 1e-14, "{row:?} {xx} {vv}");
 
@@ -93,7 +93,7 @@ fn tones(all: &[(f64, f64, f64)]) -> Drive {
     Drive::harmonics(0.0, &all).unwrap()
 }
 
-/// The values of one cycle, repeated for as long as the reference goes.
+/// The values of one cycle, repeated for the length of the reference.
 fn samples(step: f64, cycle: &[f64]) -> Drive {
     let count = 1000 * cycle.len() + 2;
     let time_s = (0..count).map(|i| step * i as f64).collect();
@@ -127,7 +127,8 @@ fn sums_of_harmonics_drives_switched_off_and_samples_hold_to_1e_12() {
         let (mut counted, mut amplitude) = (0, 0.0f64);
         for e in motion.events(t) {
             counted += usize::from(matches!(e.kind, EventKind::Stop | EventKind::Rest));
-            // Relative to what moves now; of a ring-down, to what was switched off.
+            // Relative to the amplitude of the recent motion; for a ring-down, to the motion before the drive was
+            // switched off.
             if e.time_s > t.min(1000.0 * cycle) - 2.0 * cycle {
                 amplitude = amplitude.max(e.position.abs());
             }

@@ -1,4 +1,4 @@
-//! What the paper prints, what holds, and the exact motion: one test per statement.
+//! The printed statements of the paper, what holds instead, and the exact motion: one test per statement.
 
 #![allow(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
@@ -34,7 +34,7 @@ fn friction_enters_equation_2_with_a_plus() {
     let (o, drive) = (strong(), at(0.97));
     let exact = ClosedForm::new(&o, &drive).unwrap();
     let turn = exact.turn_time_s();
-    // Time from the turn, as in the paper; the drive's crest then lies turn_time before.
+    // Time is counted from the turning point, as in the paper; the drive's crest then lies turn_time earlier.
     let phase = -drive.omega() * turn;
     for i in 1..10 {
         let t = drive.period_s() * (f64::from(i) + 0.3) / 20.0;
@@ -54,7 +54,7 @@ fn harmonics_of_equations_4_and_5_are_those_of_the_motion() {
     let orbit = PeriodicOrbit::find(&o, &drive, OrbitOptions::default()).unwrap();
     let turn = ClosedForm::new(&o, &drive).unwrap().turn_time_s();
     for n in [3, 5, 7] {
-        // Time from the turn.
+        // Time is counted from the turning point.
         let exact = orbit.harmonic(n)
             * slipfit::motion::steady::Phasor::from_polar(1.0, f64::from(n) * drive.omega() * turn);
         let r = series::harmonic_amplitude(&o, drive.omega(), n);
@@ -100,12 +100,12 @@ fn equation_8_is_very_effective_at_resonance_and_not_on_the_flanks() {
     let flank = leading::leading_amplitude(&o, &at(0.97));
     assert!((flank - 3.82).abs() < 0.01, "{flank}");
     assert!(error(0.97) < -0.09);
-    // Low below resonance, high above: 20 % at 6 % above it, and growing.
+    // Too low below resonance, too high above: 20 % at 6 % above it, and growing.
     let worst = (0..=120).map(|i| error(0.94 + 0.001 * f64::from(i)).abs()).fold(0.0, f64::max);
     assert!((worst - 0.2).abs() < 0.002, "{worst}");
     assert!(error(0.95) < 0.0);
     assert!(error(1.05) > 0.0);
-    // The series with more terms heals it.
+    // The error vanishes with more terms of the series.
     let exact = ClosedForm::new(&o, &at(0.97)).unwrap().amplitude();
     let by = |terms| SteadyState::new(&o, &at(0.97), Method::Series { terms }).unwrap().amplitude();
     assert!((by(30) / exact - 1.0).abs() < 5e-3, "{}", by(30));
@@ -126,8 +126,8 @@ fn the_gains_of_figure_1_are_met() {
         let found = solve(&o, &at(1.0)).unwrap();
         let r = leading::leading_amplitude(&o, &at(1.0));
         assert!((r / gain - 1.0).abs() < 1e-9);
-        // The turns are met to 5e-6 even at G = 1; the fundamental, which a lock-in
-        // measures, only to 3 % there, and its phase is off by a quarter of a radian.
+        // The turning points agree to 5e-6 even at G = 1. The fundamental, which a lock-in measures, agrees only to 3
+        // % there, and its phase is off by a quarter of a radian.
         assert!((r / found.state.amplitude() - 1.0).abs() < 1e-5);
         let error = 1.0 - r / found.state.gain();
         let lag = found.state.phase_lag() - FRAC_PI_2;
@@ -141,7 +141,7 @@ fn the_gains_of_figure_1_are_met() {
 fn friction_shifts_the_resonance_down_at_second_order() {
     let o = strong();
     let top = |f: &dyn Fn(f64) -> f64| {
-        // Golden section on a single maximum.
+        // Golden-section search; there is a single maximum.
         let (mut a, mut b) = (0.98, 1.02);
         for _ in 0..80 {
             let (c, d) = (b - 0.618_034 * (b - a), a + 0.618_034 * (b - a));
@@ -153,7 +153,7 @@ fn friction_shifts_the_resonance_down_at_second_order() {
     let leading = top(&|w| leading::leading_amplitude(&o, &at(w)));
     let r = ClosedForm::new(&o, &at(1.0)).unwrap().harmonic(1).norm();
     let shift = 2.0 * (o.friction_displacement() / (PI * r)).powi(2);
-    // Eq. (8) has only the shift of viscous damping, zeta²/(1 - beta).
+    // Eq. (8) contains only the shift due to viscous damping, zeta²/(1 - beta).
     assert!(((1.0 - leading) / (1e-4 / (1.0 - 0.9)) - 1.0).abs() < 0.01, "{leading}");
     assert!(((leading - exact) / shift - 1.0).abs() < 0.01, "{exact} {shift}");
 }
@@ -182,8 +182,8 @@ fn equations_9_to_13_are_consistent_with_each_other() {
     assert!(lorentzian::invert(1.1, q, 1.0, a).is_err());
 }
 
-/// Least-squares Lorentzian (x_f, Q_f; omega_0 known) through a curve, over a window of
-/// `lines` half line widths of the oscillator without friction either side.
+/// Least-squares fit of a Lorentzian (x_f, Q_f; omega_0 known) to a curve, over a window of `lines` half line widths
+/// of the oscillator without friction on either side.
 fn lorentzian_fit(o: &Oscillator, lines: f64, curve: &dyn Fn(f64) -> f64) -> (f64, f64) {
     let beta = o.friction_ratio(1.0);
     let half = lines * o.decay_rate_per_s();
@@ -222,7 +222,7 @@ fn the_a_of_equation_14_is_no_constant_and_four_thirds_biases_the_inversion() {
             let (f, g) = (back.beta / beta - 1.0, back.q_factor / 50.0 - 1.0);
             assert!((f - f_bias).abs() < within, "beta {beta}: {f} {g}");
             assert!((g - q_bias).abs() < within, "beta {beta}: {f} {g}");
-            // The a that would have given the truth, from Q_f = Q (1 - beta/a).
+            // The a that would have given the true value, from Q_f = Q (1 - beta/a).
             let a = beta / (1.0 - q / 50.0);
             assert!((a - 4.0 / 3.0).abs() > 0.09, "{a}");
         }
@@ -234,7 +234,7 @@ fn the_offset_of_equation_16_against_the_turning_points_themselves() {
     let o = Oscillator::builder().omega_0(1.0).q_factor(2.0).friction_displacement(0.01).build().unwrap();
     let d = FreeDecay::from_rest(&o, 1.0).unwrap();
     let [a, b, c] = [0, 1, 2].map(|n| d.turning_point(n).position.abs());
-    // |X_n| + C falls by one factor: C from three turning points.
+    // |X_n| + C falls by a constant factor: C follows from three turning points.
     let offset = (b * b - a * c) / (a + c - 2.0 * b);
     assert!((offset / o.decay_offset() - 1.0).abs() < 1e-12);
     let printed = averaged::decay_offset(&o) / offset - 1.0;
@@ -282,7 +282,7 @@ fn driving_at_a_third_excites_the_resonance_only_with_friction() {
 
 #[test]
 fn a_fourier_series_of_sticking_friction_sums_to_the_motion_with_its_stops() {
-    // Suggested after eq. (8), not done there.
+    // Suggested after eq. (8), not carried out there.
     let o = Oscillator::builder()
         .omega_0(1.0)
         .decay_rate_per_s(0.05)
@@ -293,7 +293,7 @@ fn a_fourier_series_of_sticking_friction_sums_to_the_motion_with_its_stops() {
     let drive = at(0.3);
     let orbit = PeriodicOrbit::find(&o, &drive, OrbitOptions::default()).unwrap();
     assert!(orbit.stops() >= 2);
-    // Harmonic by harmonic the force that sticks gives the motion found by shooting.
+    // Harmonic by harmonic, the force including stick phases gives the motion found by shooting.
     for n in [1, 2, 3, 5, 9] {
         let base = if n == 1 { 1.0 } else { 0.0 };
         let d = slipfit::motion::steady::dynamic_stiffness(&o, f64::from(n) * 0.3);
@@ -308,7 +308,7 @@ fn a_fourier_series_of_sticking_friction_sums_to_the_motion_with_its_stops() {
     assert!(error(30) < 2e-2, "{} {}", error(30), error(3000));
     assert!(error(300) < 2e-4, "{} {}", error(30), error(3000));
     assert!(error(3000) < 2e-6, "{} {}", error(30), error(3000));
-    // The square wave of eq. (1), which knows no stick, stays wrong however many its terms.
+    // The square wave of eq. (1), which has no stick phases, stays wrong however many terms are taken.
     let square = SteadyState::new(&o, &drive, Method::Series { terms: 3000 }).unwrap();
     let amplitude = orbit.turning_points().iter().fold(0.0, |m: f64, p| m.max(p.1.abs()));
     assert!((square.amplitude() / amplitude - 1.0).abs() > 1e-2, "{} {amplitude}", square.amplitude());
@@ -319,16 +319,16 @@ fn equations_1_and_3_sum_to_force_and_motion() {
     let (o, drive) = (strong(), at(0.97));
     let exact = ClosedForm::new(&o, &drive).unwrap();
     let (turn, x_f) = (exact.turn_time_s(), o.friction_displacement());
-    // Away from the jumps the partial sums of eq. (1) close in on the square wave.
+    // Away from the jumps the partial sums of eq. (1) converge to the square wave.
     for t in [0.1, 0.25, 0.4, 0.6, 0.75] {
         let t = t * drive.period_s();
         let force = series::friction_force(&o, drive.omega(), t, 20_000);
         let v = exact.state(t + turn).1;
         assert!((force + x_f * v.signum()).abs() < 1e-4, "{t} {force} {v}");
     }
-    // Eq. (3) with R and phi_1 of the motion is the motion; its leading term is 1 % off.
+    // Eq. (3) with R and phi_1 of the exact motion reproduces the motion; its leading term is 1 % off.
     let r = exact.harmonic(1).norm();
-    // The sum of eq. (7) closes in as one over its terms.
+    // The sum of eq. (7) converges as one over the number of terms.
     let phi = series::fundamental_phase(&o, drive.omega(), r, 1_000_000).unwrap();
     let error = |terms| {
         (0..40)
@@ -351,7 +351,7 @@ fn equation_10_is_the_loss_of_the_exact_motion() {
             .unwrap();
         let exact = SteadyState::new(&o, &at(1.0), Method::Exact).unwrap();
         let r = exact.harmonic(1).norm();
-        // Work of a viscous force in a cycle: pi gamma_f omega R², over k: 2 pi delta_f R² here.
+        // Work of a viscous force per cycle: pi gamma_f omega R², over k: 2 pi delta_f R² here.
         let by_10 = 2.0 * PI * lorentzian::effective_decay_rate_at(&o, r) * r * r;
         assert!(
             (by_10 / exact.loss().total() - 1.0).abs() < within,
@@ -370,8 +370,8 @@ fn equations_9_and_11_to_14_meet_the_exact_motion_at_resonance_only() {
     let error = |omega: f64| lorentzian::lorentzian_amplitude(&o, &at(omega), a) / exact(omega) - 1.0;
     assert!(error(1.0).abs() < 2e-4, "{} {}", error(1.0), error(0.97));
     assert!(error(0.97) < -0.09, "{} {}", error(1.0), error(0.97));
-    // Half the square of the amplitude is where eq. (12) with 4/3 puts it only roughly: the exact
-    // line is narrower by a tenth and more.
+    // Eq. (12) with 4/3 gives the frequency of half the squared amplitude only roughly: the exact line is narrower by
+    // a tenth or more.
     let half = |f: &dyn Fn(f64) -> f64| {
         let (mut near, mut far) = (1.0, 1.2);
         for _ in 0..60 {
@@ -394,14 +394,14 @@ fn the_forcing_of_equation_15_takes_the_work_of_friction() {
     let o = Oscillator::builder().omega_0(1.0).q_factor(500.0).friction_displacement(1e-3).build().unwrap();
     let decay = FreeDecay::from_rest(&o, 1.0).unwrap();
     let half = o.half_period_s();
-    // ∫ f v dt over the first half cycle, midpoints: the loss to sliding.
+    // ∫ f v dt over the first half cycle by midpoints: the loss to sliding.
     let n = 20_000;
     let work: f64 = (0..n)
         .map(|i| (f64::from(i) + 0.5) / f64::from(n) * half)
         .map(|t| averaged::ring_down_forcing(&o, t) * decay.velocity(t) * half / f64::from(n))
         .sum();
     assert!((-work / decay.loss(0).sliding - 1.0).abs() < 1e-5, "{work} {:?}", decay.loss(0));
-    // And yet at its crest it is 27 % above the force there is.
+    // Nevertheless its crest is 27 % above the actual friction force.
     let crest = averaged::ring_down_forcing(&o, 0.5 * half) / o.friction_displacement();
     assert!((crest - 4.0 / PI).abs() < 1e-12);
 }

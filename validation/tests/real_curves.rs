@@ -1,4 +1,4 @@
-//! Measured resonance curves, analysed as every user gets them, have the lines that others found.
+//! Measured resonance curves, analysed with default options, have the lines that others found.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
 use slipfit::resonance::{Answer, Criteria, Options, analyse, analyse_with};
@@ -45,20 +45,21 @@ fn a_quartz_in_conductance_and_susceptance_has_its_line() {
     within(&answer, Parameter::DECAY_RATE, 128.5, 132.0);
 }
 
-/// The conductance alone, taken for an amplitude, falls off as the square.
+/// The conductance alone, taken as an amplitude, falls off with the square of the detuning.
 fn a_curve_that_is_no_amplitude_claims_no_friction() {
     let answer = measured("rheoqcm_BCB4.h5");
     within(&answer, Parameter::NaturalFrequency, 4_995_317.0, 4_995_320.0);
     assert!(!answer.sliding.detected, "{:?}", answer.sliding);
 }
 
-/// The file names no unit of its frequencies: MHz are taken as Hz, with a note.
+/// The file names no unit for its frequencies: MHz are taken as Hz, with a note.
 fn a_quartz_in_its_impedance_has_its_line() {
     let answer = measured("quartz_impedance.xlsx");
     within(&answer, Parameter::NaturalFrequency, 44.80, 44.82);
 }
 
-/// Elsewhere the same search takes a little more or less: functions of the platform round otherwise.
+/// Margin for other platforms, on which math functions round differently and the same search takes a little more or
+/// less work.
 const ROUNDING_ROOM: f64 = 0.87;
 
 fn less_work_is_enough_for_every_curve() {
@@ -69,7 +70,7 @@ fn less_work_is_enough_for_every_curve() {
     let codes = |answer: &Answer| answer.warnings.iter().map(|w| w.code()).collect::<Vec<_>>();
     let mut analysed = 0;
     for entry in std::fs::read_dir(slipfit_real_data::path("sweep")).unwrap() {
-        // A folder is a curve of driven records.
+        // A folder is read as one curve of driven records.
         let path = entry.unwrap().path();
         let Ok(reading) = read_sweep(std::slice::from_ref(&path), &ReadOptions::default()) else { continue };
         let Ok(answer) = analyse(&reading.curve, &Options::default()) else { continue };

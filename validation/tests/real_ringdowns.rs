@@ -1,4 +1,4 @@
-//! Measured ring-downs as they are: each answer lands in the band of an independent analysis, or
+//! Measured ring-downs, analysed with default options: each answer lies in the band of an independent analysis, or
 //! the record is refused or flagged.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
@@ -14,44 +14,44 @@ fn record(file: &str, rate_hz: Option<f64>) -> Record {
     read(&path, &ReadOptions { rate_hz, ..ReadOptions::default() }).unwrap_or_else(|e| panic!("{e}")).record
 }
 
-/// What a good analysis says of a file. A field left out is not judged.
+/// Expected result of a good analysis of a file. A field left out is not checked.
 #[derive(Default)]
 struct Expected {
     file: &'static str,
-    /// The rate, for the files without a time column.
+    /// The sampling rate, for files without a time column.
     rate_hz: Option<f64>,
     frequency_hz: Option<RangeInclusive<f64>>,
-    /// Of the chosen model.
+    /// Decay rate of the chosen model.
     decay_rate_per_s: Option<RangeInclusive<f64>>,
     friction_displacement: Option<RangeInclusive<f64>>,
-    /// 1/delta of the purely viscous candidate, whatever is chosen.
+    /// 1/delta of the purely viscous candidate, whichever model is chosen.
     viscous_tau_s: Option<RangeInclusive<f64>>,
-    /// Length of the stretch over the decay times in it, whatever the law.
+    /// Decay time of a single exponential fitted to the amplitudes of the stretch, whatever the law.
     exponential_tau_s: Option<RangeInclusive<f64>>,
     sliding: Option<bool>,
     /// Whether the chosen model has drag.
     drag: Option<bool>,
     start_s: Option<RangeInclusive<f64>>,
     end_s: Option<RangeInclusive<f64>>,
-    /// Instant of the stop.
+    /// Time of the stop.
     stop_s: Option<RangeInclusive<f64>>,
     /// Codes of the warnings it must carry.
     warned: &'static [&'static str],
 }
 
-/// A single number of the table: 1 % for a frequency.
+/// A single value from the table: within 1 % for a frequency.
 fn near_frequency(hz: f64) -> Option<RangeInclusive<f64>> {
     Some(0.99 * hz..=1.01 * hz)
 }
 
-/// A single number of the table: 10 % for a decay time, which depends on the
-/// stretch used as soon as the decay is not quite exponential.
+/// A single value from the table: within 10 % for a decay time, which depends on the stretch used as soon as the
+/// decay is not quite exponential.
 fn near_tau(s: f64) -> Option<RangeInclusive<f64>> {
     Some(0.9 * s..=1.1 * s)
 }
 
-/// Decay time of the one exponential through the amplitudes, all of one weight:
-/// what a decay that is not exponential is reported by.
+/// Decay time of one exponential fitted to the amplitudes with equal weights; decays that are not exponential are
+/// reported this way.
 fn exponential_tau_s(answer: &Answer) -> f64 {
     let points: Vec<(f64, f64)> = answer
         .envelope
@@ -60,7 +60,7 @@ fn exponential_tau_s(answer: &Answer) -> f64 {
         .map(|p| (p.time_s - answer.segment.start_s, p.amplitude))
         .collect();
     let span = answer.segment.end_s - answer.segment.start_s;
-    // The sum of squares left by the best amplitude.
+    // The residual sum of squares with the best amplitude.
     let left = |tau: f64| {
         let sums = points.iter().fold([0.0; 3], |[aa, ab, bb], (t, a)| {
             let e = (-t / tau).exp();
@@ -71,7 +71,7 @@ fn exponential_tau_s(answer: &Answer) -> f64 {
     (1..=5000).map(|k| span * f64::from(k) / 5000.0).min_by(|a, b| left(*a).total_cmp(&left(*b))).unwrap()
 }
 
-/// The answer, and every way in which it misses what is expected of it.
+/// Lists every way in which the answer misses the expected values.
 fn misses(answer: &Answer, want: &Expected) -> Vec<String> {
     let value = |name: Parameter| answer.parameter(name).map_or(f64::NAN, |q| q.value);
     let tau = answer
@@ -129,7 +129,7 @@ fn lands(want: &Expected) {
     );
 }
 
-/// One test a file, so that one that misses hides no other.
+/// One test per file, so that a failure does not hide others.
 macro_rules! files {
     ($($name:ident => { $($field:ident: $value:expr),* $(,)? })*) => {
         $(
@@ -149,7 +149,7 @@ files! {
         friction_displacement: Some(1.0e-3..=2.2e-3),
         sliding: Some(true),
         warned: &["law_changes"],
-        // The loss changes its law at 290 s; blocks of some seconds lie before it.
+        // The law of the loss changes at 290 s; there are blocks of some seconds before it.
         end_s: Some(280.0..=300.0),
     }
     pohl_wheel_with_100_ma => {
@@ -185,7 +185,7 @@ files! {
     }
     video_pendulum_with_its_columns_swapped => {
         file: "video_pendulum_swapped_columns.txt",
-        // Read right, 416 cycles lie in its 651 s. Swapped there would be none.
+        // If read correctly, there are 416 cycles in its 651 s; with swapped columns there would be none.
         frequency_hz: near_frequency(0.646),
     }
     rotary_pendulum => {

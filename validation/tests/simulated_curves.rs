@@ -1,5 +1,5 @@
-//! Simulated resonance curves of known truth on which a default analysis easily goes wrong: each answer
-//! holds what was put in.
+//! Simulated resonance curves with known true values on which a default analysis easily goes wrong: each answer
+//! agrees with the true values.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
 use std::f64::consts::{FRAC_PI_4, PI};
@@ -24,8 +24,8 @@ fn simulated(file: &str, drive: Option<f64>) -> Answer {
     analyse(&reading.curve, &options).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// Curves of 5 Hz driven with 1 mm: decay rate and friction displacement lie within four of their standard
-/// errors, and the values in their intervals.
+/// Curves of 5 Hz driven with 1 mm: decay rate and friction displacement lie within four of their standard errors of
+/// the true values, and the values lie in their intervals.
 fn holds(answer: &Answer, q: f64, beta: f64) {
     let delta = PI * 5.0 / q;
     for (parameter, truth) in

@@ -1,5 +1,5 @@
-//! Simulated ring-downs of known truth on which a default analysis easily goes wrong: each interval
-//! holds what was put in.
+//! Simulated ring-downs with known true values on which a default analysis easily goes wrong: each answer agrees with
+//! the true values.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
 use std::f64::consts::{PI, TAU};
@@ -35,7 +35,7 @@ fn analysed(file: &str, kind: SignalKind) -> Answer {
     analyse(&record.with_kind(kind), &options).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// The answer lies within four of its standard errors of the truth.
+/// The answer lies within four of its standard errors of the true values.
 fn holds(file: &str, [delta, x_f]: [f64; 2]) -> Answer {
     let answer = analysed(file, SignalKind::Displacement);
     for (parameter, truth) in [(Parameter::DECAY_RATE, delta), (Parameter::FRICTION_DISPLACEMENT, x_f)] {
@@ -50,7 +50,7 @@ fn holds(file: &str, [delta, x_f]: [f64; 2]) -> Answer {
     answer
 }
 
-/// [`holds`], and the errors are below half of the values.
+/// As [`holds`], and the standard errors are below half of the values.
 fn determines(file: &str, truth: [f64; 2]) {
     let answer = holds(file, truth);
     for parameter in [Parameter::DECAY_RATE, Parameter::FRICTION_DISPLACEMENT] {

@@ -1,4 +1,4 @@
-//! The exact steady motion against forty digits, and against itself by other ways.
+//! The exact steady motion compared with forty-digit references, and with itself by other methods.
 
 #![allow(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
@@ -23,7 +23,7 @@ fn the_closed_form_has_all_its_digits() {
         let closed = ClosedForm::new(&o, &drive).unwrap();
         assert!(closed.holds(), "{line}");
         let state = SteadyState::new(&o, &drive, Method::Exact).unwrap();
-        // Towards beta = 1 the amplitude is a difference of larger numbers.
+        // Near beta = 1 the amplitude is a difference of larger numbers.
         let lost = 1.0 + 1.0 / (delta.max(1e-12) * turn).min(1.0);
         assert!((closed.amplitude() / turn - 1.0).abs() < 2e-14 * lost, "{line} {}", closed.amplitude());
         assert!((state.harmonic(1).norm() / fundamental - 1.0).abs() < 2e-14 * lost, "{line}");
@@ -78,14 +78,14 @@ fn the_three_ways_agree_with_and_without_stops() {
             let (y, w) = orbit.state(t);
             let s = long.state_at(settled + t).unwrap();
             let size = found.state.amplitude();
-            // The settling time is a double of its own: its phase is good to 1e-12.
+            // The settling time is itself rounded to a double: its phase is accurate to 1e-12.
             assert!((x - y).abs() < 1e-12 * size, "{q} {omega} {x} {y}");
             assert!((v - w).abs() < 1e-12 * size, "{q} {omega} {x} {y}");
             assert!((x - s.position).abs() < 1e-10 * size, "{q} {omega} {x} {s:?}");
         }
         assert!(found.residual < 1e-12);
         assert_eq!(found.method == SolutionMethod::ClosedForm, orbit.stops() == 0);
-        // A motion settled into is stable; the multipliers must say so.
+        // A motion reached by settling is stable; the multipliers must show it.
         assert!(orbit.is_stable(), "{:?}", orbit.multipliers());
         if orbit.stops() > 0 {
             assert!(orbit.multipliers().iter().any(|m| m.norm() < 1e-12));
@@ -160,7 +160,7 @@ fn settled() -> impl Strategy<Value = (Oscillator, HarmonicDrive)> {
     })
 }
 
-/// Whether the exact motion from rest ends up repeating after two to eight cycles and not after one.
+/// Whether the exact motion from rest ends up repeating after two to eight cycles but not after one.
 fn settles_to_several_cycles(o: &Oscillator, drive: &HarmonicDrive) -> bool {
     let tone = Drive::harmonic(drive.amplitude(), drive.omega()).unwrap();
     let mut motion = Motion::new(o, tone, 0.0, 0.0, 0.0).unwrap();
@@ -170,7 +170,7 @@ fn settles_to_several_cycles(o: &Oscillator, drive: &HarmonicDrive) -> bool {
     first.is_some_and(|n| n > 1)
 }
 
-/// Draws whose search from rest ends in no orbit, though there is one: the map over a cycle jumps.
+/// Cases whose search from rest ends in no orbit although one exists: the map over a cycle is discontinuous.
 #[test]
 fn an_orbit_out_of_reach_from_rest_is_found_from_elsewhere() {
     for (q, omega, beta, ratio) in [
@@ -262,7 +262,7 @@ fn from_q_0_6_to_1e7_and_beta_0_past_1_a_steady_motion_is_always_found() {
                 let x = found.state.amplitude();
                 assert!(x.is_finite(), "Q {q} beta {beta} omega {detuning}: {found:?}");
                 assert!(found.residual < 1e-9, "Q {q} beta {beta} omega {detuning}: {found:?}");
-                // Past beta = 4/pi static friction exceeds the drive: nothing moves from rest.
+                // Beyond beta = 4/pi static friction exceeds the drive: nothing moves from rest.
                 assert_eq!(
                     found.method == SolutionMethod::FullStick,
                     beta * PI / 4.0 >= 1.0,

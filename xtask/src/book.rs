@@ -1,15 +1,15 @@
-//! The commands of the documentation, run, their output compared with what the pages show.
+//! Runs the commands of the documentation and compares their output with what the pages show.
 //!
-//! A page shows a command in a block of `console`, `$ ` before it, what it prints below:
+//! A page shows a command in a `console` block, after `$ `, with its output below:
 //!
 //! ```console
 //! $ slipfit --version
 //! slipfit 0.1.0 (0123456789ab)
 //! ```
 //!
-//! All commands of a page run one after the other, by `sh`, in a folder of their own that begins
-//! as a copy of `examples/`, standard error behind standard output. Nothing is made equal but
-//! the version and commit of slipfit.
+//! All commands of a page run one after the other, by `sh`, in a separate folder that starts as a copy of
+//! `examples/`, with standard error appended to standard output. Only the version and commit of slipfit are ignored
+//! in the comparison.
 
 use std::ffi::OsString;
 use std::fs;
@@ -19,7 +19,7 @@ use std::process::{Command, ExitCode};
 use crate::Failure;
 use crate::places::{root, slipfit};
 
-/// Where the pages with commands lie.
+/// Folders of the pages with commands.
 const PAGES: [&str; 3] = ["docs", "examples", "."];
 
 /// `cargo xtask book [--write]`.
@@ -37,15 +37,15 @@ pub(crate) fn chore(arguments: &[String]) -> Result<ExitCode, Failure> {
     Ok(if found.differ.is_empty() || write { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// What became of the commands.
+/// Result of running the commands.
 pub(crate) struct Found {
     pub(crate) commands: usize,
     pub(crate) pages: usize,
-    /// Page, line, command, what it shows and what it printed.
+    /// Page, line, command, output shown and output printed.
     pub(crate) differ: Vec<String>,
 }
 
-/// Runs all commands; with `write` the pages get what they printed.
+/// Runs all commands; with `write`, the pages are updated with the output.
 pub(crate) fn check(write: bool) -> Result<Found, Failure> {
     let slipfit = slipfit()?;
     let programs = slipfit.parent().ok_or("the program lies in no folder")?;
@@ -76,7 +76,7 @@ fn pages() -> Result<Vec<PathBuf>, Failure> {
     Ok(pages)
 }
 
-/// A page as its commands would have it; `None` where it has none.
+/// The text of a page with the output of its commands updated; `None` if it has no commands.
 fn one(text: &str, page: &str, programs: &Path, found: &mut Found) -> Result<Option<String>, Failure> {
     let commands = commands(text);
     if commands.is_empty() {
@@ -108,7 +108,7 @@ fn one(text: &str, page: &str, programs: &Path, found: &mut Found) -> Result<Opt
 /// A command of a page.
 #[derive(Debug, PartialEq)]
 struct Shown {
-    /// Of its own line, from zero.
+    /// Line number of the command, from zero.
     line: usize,
     command: String,
     output: Vec<String>,
@@ -129,7 +129,7 @@ fn commands(text: &str) -> Vec<Shown> {
     all
 }
 
-/// What a command prints, blanks at the ends of lines taken off.
+/// The output of a command, without trailing blanks on its lines.
 fn printed(command: &str, folder: &Path, programs: &Path) -> Result<Vec<String>, Failure> {
     let mut path = OsString::from(programs);
     if let Some(others) = std::env::var_os("PATH") {
@@ -174,7 +174,7 @@ fn unversioned(line: &str) -> String {
     out + rest
 }
 
-/// A folder that begins as a copy of the examples and is removed in the end.
+/// A folder that starts as a copy of the examples and is removed at the end.
 struct Workplace(PathBuf);
 
 impl Workplace {

@@ -1,8 +1,7 @@
-//! `cargo xtask fuzz`: files of every format and numbers for every analysis, changed at random where
-//! that reaches new code.
+//! `cargo xtask fuzz`: coverage-guided fuzzing with files of every format and numbers for every analysis.
 //!
-//! The targets are `fuzz/targets`, one a format or an analysis, driven by libFuzzer. What they start from is in
-//! `validation/reference` and `fuzz/corpus`; what they find is kept in `target/fuzz`.
+//! The targets are in `fuzz/targets`, one per format or analysis, driven by libFuzzer. The seeds are in
+//! `validation/reference` and `fuzz/corpus`; inputs found are kept in `target/fuzz`.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -13,13 +12,13 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use crate::Failure;
 use crate::places::{self, cargo, command, root, target};
 
-/// Coverage for libFuzzer, from the stable compiler, and arithmetic that overflows as a failure.
+/// Flags for libFuzzer's coverage with the stable compiler; arithmetic overflow counts as a failure.
 const FLAGS: &str = "-Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4 \
     -Cllvm-args=-sanitizer-coverage-inline-8bit-counters -Cllvm-args=-sanitizer-coverage-pc-table \
     -Cllvm-args=-sanitizer-coverage-trace-compares -Coverflow-checks -Ccodegen-units=8";
 
-/// The targets and what each starts from: names of files in [`SEEDS`] hold one of these. Analyses
-/// start from nothing: any bytes are numbers.
+/// The targets and their seeds: file names in [`SEEDS`] that contain one of these texts. Analyses need no seeds: any
+/// bytes are numbers.
 const TARGETS: [(&str, &[&str]); 30] = [
     ("arrow", &[".arrow", ".feather"]),
     ("capstone", &["capstone"]),
@@ -53,24 +52,25 @@ const TARGETS: [(&str, &[&str]); 30] = [
     ("xlsx", &["sheets.xlsx"]),
 ];
 
-/// Where the seeds are.
+/// Folders of the seeds.
 const SEEDS: [&str; 2] = ["validation/reference/formats", "validation/reference/writers"];
 
-/// The analyses, and the bytes that make their numbers at most: each is a choice, and long ones are slow.
+/// The analyses, and the maximum number of bytes from which their numbers are made: each is a choice, and long inputs
+/// are slow.
 const ANALYSES: [&str; 4] = ["levels", "resonance", "ringdown", "series"];
 const MOST_CHOICES: usize = 400;
 
-/// Longer than any file of this size may take, on a busy machine as well.
+/// An input that takes longer is reported as a hang; no file of this size takes that long even on a busy machine.
 const HANGS_AFTER_S: u32 = 30;
 const MOST_MEMORY_MB: u32 = 2048;
-/// What `--keep` leaves of a target's corpus in the repository: inputs, and bytes in all.
+/// What `--keep` stores of a target's corpus in the repository: number of inputs, and total bytes.
 const KEPT: (usize, u64) = (40, 32 << 10);
 
 struct Options {
     minutes: f64,
-    /// Inputs after which a target ends before its time.
+    /// Number of inputs after which a target ends before its time.
     runs: Option<u64>,
-    /// Targets at once.
+    /// Number of targets run at once.
     jobs: usize,
     seed: u32,
     only: Option<Vec<String>>,
@@ -110,8 +110,8 @@ impl Options {
     }
 }
 
-/// Builds the targets and gives each its share of the minutes, as many at once as there are cores or as
-/// `--jobs` says; `--runs` ends each after so many inputs, `--only` names some of them.
+/// Builds the targets and gives each its share of the minutes. As many run at once as there are cores, or as `--jobs`
+/// says; `--runs` ends each after that many inputs, `--only` selects some of them.
 pub(crate) fn run(arguments: &[String]) -> Result<ExitCode, Failure> {
     let options = Options::of(arguments)?;
     let targets = options.targets()?;
@@ -150,12 +150,12 @@ pub(crate) fn run(arguments: &[String]) -> Result<ExitCode, Failure> {
     Ok(ExitCode::FAILURE)
 }
 
-/// The folder of the instrumented programs.
+/// Builds the instrumented programs and returns their folder.
 fn build(folder: &Path) -> Result<PathBuf, Failure> {
     let output = command("rustc").arg("-vV").output()?;
     let said = String::from_utf8(output.stdout)?;
     let host = said.lines().find_map(|l| l.strip_prefix("host: ")).ok_or("rustc names no host")?;
-    // With the host named as a target, build scripts and macros go without the instruments.
+    // With the host named explicitly as target, build scripts and macros are not instrumented.
     places::run(
         cargo()
             .args(["build", "--release", "--package", "slipfit-fuzz", "--bins", "--target", host])
@@ -175,7 +175,7 @@ struct Target<'a> {
 }
 
 impl Target<'_> {
-    /// The folders it starts from.
+    /// The seed folders of the target.
     fn seeds(&self) -> Result<Vec<PathBuf>, Failure> {
         let seeds = self.folder.join("seeds").join(self.name);
         fs::create_dir_all(&seeds)?;
@@ -201,7 +201,7 @@ impl Target<'_> {
         root().join("fuzz/corpus").join(self.name)
     }
 
-    /// Runs it so long and tells what it did in one line.
+    /// Runs the target for this time and summarises it in one line.
     fn fuzz(&self, seconds: f64, options: &Options) -> Result<String, Failure> {
         let (found, failures) = (self.found(), self.folder.join("failures"));
         fs::create_dir_all(&found)?;
@@ -245,7 +245,7 @@ impl Target<'_> {
         Err(format!("{} {after}\n    {file}", reason.unwrap_or("stopped without a word")).into())
     }
 
-    /// Puts some of the inputs that together reach what was reached into the repository.
+    /// Copies a selection of the inputs that together reach all covered code into the repository.
     fn keep(&self) -> Result<(), Failure> {
         let merged = self.folder.join("merged").join(self.name);
         if merged.is_dir() {
@@ -267,7 +267,7 @@ impl Target<'_> {
         }
         fs::create_dir_all(&kept)?;
         let mut total = 0;
-        // Of every length some.
+        // Takes inputs of all lengths.
         for (bytes, path) in files.iter().step_by(files.len().div_ceil(KEPT.0).max(1)) {
             total += bytes;
             if total > KEPT.1 {

@@ -12,7 +12,7 @@ mod web;
 
 use std::process::ExitCode;
 
-/// What can go wrong in a chore is told to a person and ends it.
+/// Error of a chore: it is printed and ends the chore.
 type Failure = Box<dyn std::error::Error>;
 
 const HELP: &str = "\

@@ -1,4 +1,4 @@
-//! Where things lie, and how programs are started from there.
+//! Locations of folders, and starting programs there.
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -6,20 +6,20 @@ use std::process::Command;
 
 use crate::Failure;
 
-/// The workspace's folder.
+/// The workspace folder.
 pub(crate) fn root() -> &'static Path {
     let manifest = Path::new(env!("CARGO_MANIFEST_DIR"));
     manifest.parent().unwrap_or(manifest)
 }
 
-/// The build folder this very program was built into, wherever configuration put it.
+/// The build folder that contains this program, wherever the configuration put it.
 pub(crate) fn target() -> Result<PathBuf, Failure> {
     let program = std::env::current_exe()?;
     let folder = program.parent().and_then(Path::parent);
     Ok(folder.ok_or("this program does not lie in a build folder")?.to_path_buf())
 }
 
-/// A command started in the workspace's folder.
+/// A command started in the workspace folder.
 pub(crate) fn command(program: impl AsRef<OsStr>) -> Command {
     let mut command = Command::new(program);
     command.current_dir(root());
@@ -31,15 +31,14 @@ pub(crate) fn cargo() -> Command {
     command(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
 }
 
-/// The program `slipfit` as users have it, built where it is missing. With `slipfit app` in it always, and with the
-/// features of dependencies that the Python package asks for: otherwise the readers and the core would be compiled once
-/// more.
+/// The release build of `slipfit`, built if it is missing. It always includes `slipfit app` and the features of
+/// dependencies that the Python package requests: otherwise the readers and the core would be compiled again.
 pub(crate) fn slipfit() -> Result<PathBuf, Failure> {
     run(&mut slipfit_build())?;
     Ok(target()?.join("release/slipfit").with_extension(std::env::consts::EXE_EXTENSION))
 }
 
-/// What builds it.
+/// The command that builds it.
 pub(crate) fn slipfit_build() -> Command {
     let mut build = cargo();
     build.args(["build", "--quiet", "--release", "--bin", "slipfit"]);
@@ -47,22 +46,22 @@ pub(crate) fn slipfit_build() -> Command {
     build
 }
 
-/// Whether a command can be started and succeeds; what it says is not shown.
+/// Whether a command can be started and succeeds; its output is not shown.
 pub(crate) fn succeeds(command: &mut Command) -> bool {
     command.output().is_ok_and(|output| output.status.success())
 }
 
-/// The command as one would type it.
+/// The command as it would be typed.
 pub(crate) fn spelled(command: &Command) -> String {
     let program = Path::new(command.get_program()).file_stem().unwrap_or(command.get_program());
     let words = std::iter::once(program).chain(command.get_args());
     words.map(|word| word.to_string_lossy()).collect::<Vec<_>>().join(" ")
 }
 
-/// Runs a command to its end, its output passed on as it comes.
+/// Runs a command to its end, passing its output through.
 ///
 /// # Errors
-/// When it cannot be started or does not succeed.
+/// If it cannot be started or does not succeed.
 pub(crate) fn run(command: &mut Command) -> Result<(), Failure> {
     let spelled = spelled(command);
     eprintln!("$ {spelled}");

@@ -1,4 +1,4 @@
-//! Tools that do not come with Rust, at the versions this project was checked with.
+//! Tools that do not come with Rust, at the versions used for checking this project.
 
 use std::path::{Path, PathBuf};
 
@@ -6,25 +6,25 @@ use crate::Failure;
 use crate::places::{cargo, command, run, target};
 use crate::python;
 
-/// A program at one version: ready-made where its authors publish it so, else built from source.
+/// A program at a fixed version: precompiled if its authors publish a wheel, otherwise built from source.
 pub(crate) struct Tool {
     package: &'static str,
-    /// Name of the authors' own wheel, which `pip` brings in a second.
+    /// Name of the authors' wheel, which `pip` installs in about a second.
     wheel: Option<&'static str>,
     program: &'static str,
     version: &'static str,
 }
 
-/// Licences, banned crates, sources, known vulnerabilities.
+/// Checks licences, banned crates, sources and known vulnerabilities.
 pub(crate) const CARGO_DENY: Tool =
     Tool { package: "cargo-deny", wheel: None, program: "cargo-deny", version: "0.20.2" };
-/// Spelling.
+/// Checks spelling.
 pub(crate) const TYPOS: Tool =
     Tool { package: "typos-cli", wheel: Some("typos"), program: "typos", version: "1.52.0" };
 
 impl Tool {
-    /// The program: from the search path if the version fits, else from
-    /// `target/tools`, built there first if it is missing.
+    /// The program: from the search path if the version fits, otherwise from `target/tools`, where it is built first
+    /// if missing.
     pub(crate) fn program(&self) -> Result<PathBuf, Failure> {
         let folder = target()?.join("tools");
         let own = folder.join("bin").join(self.program).with_extension(std::env::consts::EXE_EXTENSION);
@@ -36,8 +36,8 @@ impl Tool {
         if let Some(program) = self.wheel.and_then(|wheel| self.by_wheel(wheel, &folder)) {
             return Ok(program);
         }
-        // Unoptimised: each runs for a second and would take minutes to optimise.
-        // A registry that lags behind may lack what the authors locked; the version of the program stays.
+        // Unoptimised: each runs for a second and would take minutes to optimise. A registry that is behind may lack
+        // the locked dependency versions; the version of the program itself stays the same.
         let built = self.install(&folder, &["--locked"]).or_else(|_| self.install(&folder, &[]));
         built?;
         if self.fits(&own) { Ok(own) } else { Err(format!("{} does not run", own.display()).into()) }
@@ -57,7 +57,7 @@ impl Tool {
             .env("CARGO_PROFILE_RELEASE_DEBUG", "0"))
     }
 
-    /// `None` where there is no Python, no network, or no wheel for this machine.
+    /// `None` if there is no Python, no network, or no wheel for this machine.
     fn by_wheel(&self, wheel: &str, folder: &Path) -> Option<PathBuf> {
         let programs = python::environment(&folder.join("venv")).ok()?;
         let program = programs.join(self.program).with_extension(std::env::consts::EXE_EXTENSION);

@@ -1,4 +1,4 @@
-//! Statistics and benchmark, built and run as users run the rest.
+//! Builds and runs the statistics and the benchmark in release mode.
 
 use std::process::ExitCode;
 
@@ -6,12 +6,12 @@ use crate::Failure;
 use crate::places::{cargo, slipfit};
 use crate::python;
 
-/// Runs a subject of `slipfit-validation` with the arguments as they are.
+/// Runs a subcommand of `slipfit-validation`, passing the arguments on.
 pub(crate) fn chore(subject: &str, arguments: &[String]) -> Result<ExitCode, Failure> {
     let mut program = cargo();
     program.args(["run", "--quiet", "--release", "--package", "slipfit-validation", "--", subject]);
     if subject == "bench" {
-        // The command itself is a contestant.
+        // The slipfit command is itself one of the contestants.
         slipfit()?;
         program.arg("--python").arg(python::interpreter()?);
     }

@@ -9,11 +9,11 @@ use std::process::{Command, ExitCode};
 use crate::Failure;
 use crate::places::{cargo, command, root, run, slipfit, succeeds, target};
 
-/// The target of browsers.
+/// The compilation target for browsers.
 pub(crate) const WASM: &str = "wasm32-unknown-unknown";
-/// What `rustup target add` cannot be had for: Debian's own compiler for the web.
+/// Debian's compiler for the web, for machines without `rustup target add`.
 const DEBIAN: &str = "apt install rustc-web cargo-web rust-web-src lld-19";
-/// Not of the page.
+/// Files that are not part of the page.
 const LEFT_OUT: [&str; 7] = [
     "tests",
     "node_modules",
@@ -23,7 +23,7 @@ const LEFT_OUT: [&str; 7] = [
     "tsconfig.json",
     "types.d.ts",
 ];
-/// A workspace of its own, see there.
+/// The glue program is a separate workspace, see there.
 const GLUE: &str = "xtask/glue/Cargo.toml";
 /// Examples of the repository that the page offers.
 const EXAMPLES: [&str; 5] = [
@@ -33,9 +33,9 @@ const EXAMPLES: [&str; 5] = [
     "tuning_fork_free_sweep.csv",
     "tuning_fork_9nN_levels.csv",
 ];
-/// What the first view may weigh, packed: two seconds of a slow line.
+/// Maximum compressed size of the first view: two seconds on a slow connection.
 pub(crate) const MOST_PACKED: u64 = 1_500_000;
-/// Not in any loop over samples: built for size, which takes 120 kB off what is sent.
+/// Packages without loops over samples: built for size, which saves 120 kB of download.
 const BUILT_SMALL: [&str; 10] = [
     "cfb",
     "encoding_rs",
@@ -48,34 +48,34 @@ const BUILT_SMALL: [&str; 10] = [
     "typed-path",
     "zip",
 ];
-/// Texts and forms: built for size at any cost of time.
+/// Texts and forms: built for size regardless of run time.
 const WITHOUT_LOOPS: [&str; 2] = ["slipfit-report", "slipfit-wasm"];
-/// Where sums over samples are taken: built with lanes of 128 bits, which every browser has. All packages would
-/// weigh 170 kB more.
+/// Packages that compute sums over samples: built with 128-bit SIMD, which every browser has. Building all packages
+/// this way would add 170 kB.
 const ON_LANES: [&str; 1] = ["slipfit"];
-/// Loops on lanes, and pairs of numbers loaded as one; that compiler's LLVM crashes where it packs straight sums.
-/// Functions are copied into their callers where they are shortest: 56 kB less to fetch.
+/// Flags: SIMD loops, and pairs of numbers loaded together; the LLVM of this compiler crashes when it vectorises
+/// straight-line sums. Only the shortest functions are inlined: this saves 56 kB of download.
 const LANES: &str = r#"["-Ctarget-feature=+simd128", "-Cllvm-args=-slp-vectorize-hor=false", "-Cllvm-args=-inline-threshold=4"]"#;
-/// Fetched with the first file that needs it, not with the page.
+/// Module fetched with the first file that needs it, not with the page.
 const LATER: &str = "slipfit_wasm_formats";
 
-/// The site.
+/// The built site.
 pub(crate) struct Site {
     pub(crate) folder: PathBuf,
-    /// Bytes of the first view, packed by gzip as servers do.
+    /// Size of the first view in bytes, compressed by gzip as servers do.
     pub(crate) packed: u64,
 }
 
-/// How the core is built for browsers.
+/// Toolchain that builds the core for browsers.
 pub(crate) enum Toolchain {
     /// `rustup target add wasm32-unknown-unknown`.
     Rustup,
-    /// Debian's rustc-web builds its own standard library.
+    /// Debian's rustc-web; the standard library is built from source.
     Debian,
 }
 
 impl Toolchain {
-    /// What this machine has; or what is missing.
+    /// The toolchain of this machine, or a message about what is missing.
     pub(crate) fn find() -> Result<Self, String> {
         let output = command("rustc").args(["--print", "target-libdir", "--target", WASM]).output();
         let installed = output.is_ok_and(|output| {
@@ -85,7 +85,7 @@ impl Toolchain {
         if installed {
             return Ok(Self::Rustup);
         }
-        // Packages of the standard library's sources change their name with the version.
+        // The package that contains the sources of the standard library changes its name with the version.
         let sysroot = command("/usr/bin/rustc").args(["--print", "sysroot"]).output();
         let has_sources = sysroot.is_ok_and(|output| {
             let sysroot = PathBuf::from(String::from_utf8_lossy(&output.stdout).trim());
@@ -107,7 +107,7 @@ impl Toolchain {
                 build
             }
         };
-        // Flags of single packages are an option of nightly compilers.
+        // Per-package flags are an option of nightly compilers.
         build.env("RUSTC_BOOTSTRAP", "1").args(["build", "--release", "-Zprofile-rustflags"]);
         if matches!(self, Self::Debian) {
             build.arg("-Zbuild-std=std,panic_abort");
@@ -126,7 +126,7 @@ impl Toolchain {
     }
 }
 
-/// The system's Chromium, or the one that `CHROMIUM` names.
+/// The system's Chromium, or the one named by `CHROMIUM`.
 pub(crate) fn chromium() -> Option<PathBuf> {
     let named = std::env::var_os("CHROMIUM").map(PathBuf::from);
     let usual =
@@ -134,7 +134,7 @@ pub(crate) fn chromium() -> Option<PathBuf> {
     named.into_iter().chain(usual).find(|path| path.is_file())
 }
 
-/// Builds the site and says what it holds.
+/// Builds the site and prints what it contains.
 pub(crate) fn chore() -> Result<ExitCode, Failure> {
     let site = build(&Toolchain::find()?)?;
     println!("{}: {} kB packed at the first view", site.folder.display(), site.packed / 1000);
@@ -148,7 +148,7 @@ pub(crate) fn chore() -> Result<ExitCode, Failure> {
 /// Builds the site.
 ///
 /// # Errors
-/// When a program that is needed cannot be had, or fails.
+/// If a required program is missing or fails.
 pub(crate) fn build(toolchain: &Toolchain) -> Result<Site, Failure> {
     let folder = target()?.join("site");
     if folder.exists() {
@@ -173,8 +173,8 @@ pub(crate) fn build(toolchain: &Toolchain) -> Result<Site, Failure> {
     Ok(Site { folder, packed })
 }
 
-/// One build of the core for the page. binaryen's wasm-opt took 50 s for each, saved 15 kB of what is sent, and let
-/// the first answer take longer.
+/// One build of the core for the page. binaryen's wasm-opt is not used: it took 50 s per build, saved 15 kB of
+/// download, and made the first answer slower.
 fn module(
     toolchain: &Toolchain,
     glue: &Path,
@@ -189,7 +189,7 @@ fn module(
     run(command(glue).arg(built).arg(name).arg(folder))
 }
 
-/// The program that writes the glue between JavaScript and a module: `xtask/glue`, built where it is missing.
+/// The program that writes the glue between JavaScript and a module: `xtask/glue`, built if it is missing.
 fn glue() -> Result<PathBuf, Failure> {
     let folder = target()?.join("tools").join("glue");
     let mut build = cargo();
@@ -198,7 +198,7 @@ fn glue() -> Result<PathBuf, Failure> {
     Ok(folder.join("debug/slipfit-glue").with_extension(std::env::consts::EXE_EXTENSION))
 }
 
-/// Files of a folder and those below it.
+/// Copies the files of a folder and its subfolders.
 fn copy(from: &Path, to: &Path) -> Result<(), Failure> {
     std::fs::create_dir_all(to)?;
     for entry in std::fs::read_dir(from)? {
@@ -216,7 +216,7 @@ fn copy(from: &Path, to: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The examples of the repository, and two made by the command.
+/// The examples of the repository, and two generated by the command.
 fn examples(folder: &Path) -> Result<(), Failure> {
     std::fs::create_dir_all(folder)?;
     for name in EXAMPLES {
@@ -238,7 +238,7 @@ fn examples(folder: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Two records of the same instants, one on top of the other.
+/// The sum of two records with the same time stamps.
 fn sum(one: &str, other: &str) -> Result<String, Failure> {
     let rows = |text: &'_ str| -> Vec<String> {
         text.lines().filter(|line| !line.starts_with('#')).skip(1).map(str::to_owned).collect()
@@ -255,7 +255,7 @@ fn sum(one: &str, other: &str) -> Result<String, Failure> {
     Ok(text)
 }
 
-/// Files of the first view, by their paths in the site, in order.
+/// Files of the first view, as sorted paths relative to the site.
 fn first_view(folder: &Path) -> Result<Vec<String>, Failure> {
     let mut names = Vec::new();
     collect(folder, "", &mut names)?;
@@ -280,7 +280,7 @@ fn collect(folder: &Path, before: &str, names: &mut Vec<String>) -> Result<(), F
     Ok(())
 }
 
-/// Writes into the service worker what it keeps, under a name that changes with it.
+/// Writes the list of cached files into the service worker, under a cache name that changes with their content.
 fn fill_service_worker(folder: &Path, names: &[String]) -> Result<(), Failure> {
     let mut hasher = DefaultHasher::new();
     for name in names {
@@ -297,7 +297,7 @@ fn fill_service_worker(folder: &Path, names: &[String]) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Its size packed by gzip; as it is where there is no gzip.
+/// Size of a file compressed by gzip; its plain size if gzip is missing.
 fn gzipped(file: &Path) -> Result<u64, Failure> {
     let packed = command("gzip").args(["-9", "-c"]).arg(file).output();
     match packed {

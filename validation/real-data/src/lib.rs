@@ -1,10 +1,10 @@
-//! Measured files that are no part of the repository, and tests that need them.
+//! Measured files that are not part of the repository, and tests that need them.
 //!
-//! The folder is the one named by `SLIPFIT_REAL_DATA`, by default `../shared/data` beside the
-//! workspace. Where it is missing, tests listed in [`tests!`] are reported as ignored: by
-//! `cargo test`, by nextest as skipped, and with their number by `cargo xtask check`.
+//! The folder is the one named by `SLIPFIT_REAL_DATA`, by default `../shared/data` next to the workspace. If it is
+//! missing, the tests listed in [`tests!`] are reported as ignored by `cargo test` and as skipped by nextest; `cargo
+//! xtask check` reports their number.
 //!
-//! A file of such tests has `harness = false` in the manifest and plain functions:
+//! A file of such tests has `harness = false` in the manifest and contains plain functions:
 //!
 //! ```no_run
 //! # use slipfit_real_data as slipfit_real_data;
@@ -21,10 +21,10 @@ use std::process::ExitCode;
 
 use libtest_mimic::{Arguments, Trial};
 
-/// Where the measured files are, whether they exist or not.
+/// Folder of the measured files, whether it exists or not.
 pub fn folder() -> PathBuf {
     let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    // A relative path counts from the workspace.
+    // A relative path is taken relative to the workspace.
     let named = std::env::var_os("SLIPFIT_REAL_DATA");
     workspace.join(named.unwrap_or_else(|| "../shared/data".into()))
 }
@@ -32,14 +32,14 @@ pub fn folder() -> PathBuf {
 /// A file or folder of the measured data.
 ///
 /// # Panics
-/// When it does not exist: the data are there, so the test must run.
+/// If the file or folder does not exist: the data folder is present, so the test must run.
 pub fn path(name: &str) -> PathBuf {
     let path = folder().join(name);
     assert!(path.exists(), "the measured data lack {}", path.display());
     path
 }
 
-/// Runs tests by name as `cargo test` and nextest expect; ignores them where there are no data.
+/// Runs tests by name as `cargo test` and nextest expect; ignores them if there are no data.
 pub fn run(tests: &[(&str, fn())]) -> ExitCode {
     let missing = !folder().is_dir();
     let trial = |&(name, test): &(&str, fn())| {
@@ -52,7 +52,7 @@ pub fn run(tests: &[(&str, fn())]) -> ExitCode {
     libtest_mimic::run(&Arguments::from_args(), tests.iter().map(trial).collect()).exit_code()
 }
 
-/// The `main` of a file of tests that need measured files. A function left out is reported by the
+/// The `main` of a file of tests that need measured files. A function missing from the list is reported by the
 /// compiler as never used.
 #[macro_export]
 macro_rules! tests {

@@ -1,4 +1,4 @@
-//! A table of amplitude traces, beside SciPy's fit of one of them and a sum over the same memory.
+//! Fit of a table of amplitude traces, compared with SciPy's fit of one trace and with a sum over the same memory.
 
 use std::sync::Arc;
 
@@ -15,9 +15,9 @@ use crate::Failure;
 
 const TRACES: usize = 262_144;
 const SAMPLES: i32 = 512;
-/// Times faster than `curve_fit` on one core.
+/// Required speed relative to `curve_fit` on one core.
 const FASTER: f64 = 700.0;
-/// Times a sum over the same memory.
+/// Allowed time in units of one sum over the same memory.
 const PASSES: f64 = 3.0;
 
 impl Bench {
@@ -54,7 +54,7 @@ impl Bench {
     }
 }
 
-/// Traces that differ by their noise; the first is that of line c.
+/// Traces that differ in their noise; the first is that of line c.
 fn table<T>(signal: &Signal) -> Result<RecordBatch, Failure>
 where
     T: ArrowPrimitiveType,
@@ -63,7 +63,8 @@ where
     let mut noise = Noise::new(0x0ba7_c4e5);
     let mut values = Vec::with_capacity(TRACES * signal.values.len());
     for trace in 0..TRACES {
-        // A draw a sample would take longer than everything that is timed: one a trace turns the others.
+        // One random draw per sample would take longer than everything that is timed; each further trace uses the
+        // noise of the first, shifted cyclically.
         let turned = if trace == 0 { 0 } else { (noise.normal().abs() * 1e4) as usize % signal.values.len() };
         let rest = signal.values.iter().zip(&signal.time_s).map(|(v, t)| v - signal.truth.amplitude(*t));
         let rest: Vec<f64> = rest.collect();
@@ -77,7 +78,7 @@ where
     Ok(RecordBatch::try_from_iter([("amplitude", lists)])?)
 }
 
-/// A double, or what is left of it.
+/// Conversion of a double to the element type, with loss of precision where necessary.
 trait Single {
     fn of(value: f64) -> Self;
 }
@@ -94,7 +95,7 @@ impl Single for f32 {
     }
 }
 
-/// Work on one thread: peers have one.
+/// Runs work on one thread, because the peers use one.
 fn alone() -> Result<rayon::ThreadPool, Failure> {
     Ok(rayon::ThreadPoolBuilder::new().num_threads(1).build()?)
 }
@@ -115,7 +116,7 @@ fn fitted<'a>(table: &'a RecordBatch, signal: &Signal) -> Result<Task<'a>, Failu
     })))
 }
 
-/// One pass over the numbers, which does nothing with them but add.
+/// One pass over the numbers that only adds them.
 fn summed(table: &RecordBatch) -> Result<Task<'_>, Failure> {
     fn lanes<T: Copy + Default + std::ops::AddAssign>(values: &[T]) -> [T; 64] {
         let mut lanes = [T::default(); 64];

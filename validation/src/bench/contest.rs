@@ -1,4 +1,4 @@
-//! Contestants take turns, so that a busy moment of the machine hits all.
+//! Timing of contestants in turn, so that other load on the machine affects all of them.
 
 use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
@@ -8,7 +8,7 @@ use std::time::Instant;
 use crate::Failure;
 use crate::places::command;
 
-/// Mean time of one repetition, and the peer's answer if it told one.
+/// Mean time of one repetition, and the estimates if the peer returns any.
 #[derive(Clone)]
 pub(super) struct Timing {
     pub(super) seconds: f64,
@@ -16,13 +16,12 @@ pub(super) struct Timing {
     pub(super) errors: Vec<f64>,
 }
 
-/// Someone who does the work `repetitions` times and is timed.
+/// A contestant that does the work `repetitions` times and is timed.
 pub(super) trait Contestant {
     fn take(&mut self, repetitions: usize) -> Result<Timing, Failure>;
 }
 
-/// The best turn of each contestant over the rounds. Turns of quick work are
-/// repeated to last about 50 ms.
+/// The best turn of each contestant over the rounds. Quick work is repeated so that a turn lasts about 50 ms.
 pub(super) fn race(rounds: usize, contestants: &mut [&mut dyn Contestant]) -> Result<Vec<Timing>, Failure> {
     let mut best = Vec::with_capacity(contestants.len());
     let mut repetitions = Vec::with_capacity(contestants.len());
@@ -57,7 +56,7 @@ impl Contestant for Task<'_> {
     }
 }
 
-/// A task that does the work so many times at once.
+/// A task that does the work `times` times per call.
 pub(super) struct Several<'a> {
     pub(super) task: Task<'a>,
     pub(super) times: usize,
@@ -88,7 +87,7 @@ impl Contestant for Process {
     }
 }
 
-/// A Python script that waits to be asked; see `validation/peers/serve.py`.
+/// A Python script that waits for requests; see `validation/peers/serve.py`.
 pub(super) struct Peer {
     script: String,
     child: Child,
@@ -139,7 +138,7 @@ impl Contestant for Peer {
 
 impl Drop for Peer {
     fn drop(&mut self) {
-        // The end of its input ends the script; a peer that hangs is not waited for.
+        // Closing its input ends the script; a peer that hangs is killed.
         self.questions = None;
         if !matches!(self.child.try_wait(), Ok(Some(_))) {
             std::thread::sleep(std::time::Duration::from_millis(200));

@@ -1,4 +1,4 @@
-//! Files: large texts, and many of them.
+//! Benchmarks of reading: large text files, and many files.
 
 use std::path::PathBuf;
 use std::process::Command;
@@ -16,7 +16,7 @@ const GIGABYTE: usize = 48_000_000;
 const FILES: usize = 1000;
 const FILES_PER_SECOND: f64 = 2500.0;
 
-/// A process that tells on its last line how long its work took, its start not counted.
+/// A process that prints the duration of its work, without its start-up, on its last line.
 struct Told(Command);
 
 impl Contestant for Told {
@@ -32,7 +32,7 @@ impl Contestant for Told {
     }
 }
 
-/// A process that leaves a table of one line a file behind.
+/// A process that writes a table with one line per file.
 struct Tabled(Command, PathBuf);
 
 impl Contestant for Tabled {
@@ -49,8 +49,8 @@ impl Contestant for Tabled {
 }
 
 impl Bench {
-    /// The first reading in a process, as a command does it, on all cores and on one; and the best of
-    /// several, where polars' allocator has kept its memory.
+    /// Times the first reading in a process, as a command does it, on all cores and on one core, and the best of
+    /// several readings, for which polars' allocator has kept its memory.
     pub(super) fn text_beside_polars(&self) -> Result<Vec<Row>, Failure> {
         let file = self.long_csv()?;
         let megabytes = std::fs::metadata(&file)?.len() as f64 / 1e6;
@@ -142,7 +142,7 @@ impl Bench {
     }
 }
 
-/// A program, on one core only if asked.
+/// A program, restricted to one core if `pinned`.
 fn start(program: impl AsRef<std::ffi::OsStr>, pinned: bool) -> Command {
     if !pinned {
         return command(program);

@@ -1,4 +1,4 @@
-//! `cargo xtask bench`: the work users do, next to what they would use instead.
+//! `cargo xtask bench`: typical work of users, compared with the tools they would use instead.
 
 mod batch;
 mod contest;
@@ -20,7 +20,7 @@ use crate::Failure;
 use crate::places::{command, peer, programs, write_page};
 
 struct Choices {
-    /// An interpreter with the peers' packages.
+    /// A Python interpreter with the peers' packages.
     python: PathBuf,
     write: bool,
     only: String,
@@ -31,18 +31,18 @@ struct Choices {
 struct Bench {
     python: PathBuf,
     slipfit: PathBuf,
-    /// For the files the contestants read.
+    /// Folder for the files that the contestants read.
     folder: PathBuf,
     rounds: usize,
 }
 
-/// One line asked for: against whom, how many times faster.
+/// One requirement: the peer to compare with, and the required speed ratio.
 struct Against {
     peer: &'static str,
     at_least: Option<f64>,
 }
 
-/// Runs the lines chosen and prints the table.
+/// Runs the selected lines and prints the table.
 pub(crate) fn run(arguments: &[String]) -> Result<ExitCode, Failure> {
     if let [first, rest @ ..] = arguments
         && first == "--read"
@@ -155,8 +155,8 @@ impl Bench {
         self.fits('b', "whole analysis, 1 M samples", &signal, ours::analysis(&signal)?, &against, peers)
     }
 
-    /// Analyses of records as short as those of a batch, on one core: the mean of many, since one in thirty or so shows
-    /// by chance what takes a search of its own.
+    /// Analyses of records as short as those of a batch, on one core. The mean of many is taken because about one in
+    /// thirty needs, by chance, an additional search.
     fn short_analyses(&self) -> Result<Vec<Row>, Failure> {
         let mut rows = Vec::new();
         for (samples, work, most) in [
@@ -219,7 +219,7 @@ impl Bench {
         let file = self.long_csv()?;
         let megabytes = std::fs::metadata(&file)?.len() as f64 / 1e6;
         let own = alone(self.rounds, &mut ours::text_read(&file))?;
-        // NumPy takes long enough for one turn to tell.
+        // NumPy takes long enough for one turn to suffice.
         let data = file.to_string_lossy().into_owned();
         let theirs = alone(0, &mut Peer::start(&self.python, "read_text.py", [data])?)?;
         let speed = |timing: &Timing| megabytes / timing.seconds;
@@ -251,7 +251,7 @@ impl Bench {
         }])
     }
 
-    /// Greatest resident memory of the command on a file, in bytes.
+    /// Peak resident memory of the command on a file, in bytes.
     fn peak_of(&self, file: &Path) -> Result<f64, Failure> {
         let mut script = command(&self.python);
         script.arg(peer("peak_memory.py")).arg(&self.slipfit).arg("ringdown").arg(file);
@@ -263,7 +263,7 @@ impl Bench {
         Ok(text.trim().parse().map_err(|_| format!("`{text}` is no number of bytes"))?)
     }
 
-    /// Times own work against the peers' and compares the losses found.
+    /// Times slipfit's work against the peers' and compares the fitted losses.
     fn fits(
         &self,
         line: char,
@@ -276,7 +276,7 @@ impl Bench {
         Ok(self.timed_fits(line, work, signal, own, against, peers)?.1)
     }
 
-    /// The same with the seconds that the own work took.
+    /// The same, with the seconds that slipfit's work took.
     fn timed_fits(
         &self,
         line: char,
@@ -313,7 +313,7 @@ impl Bench {
     }
 }
 
-/// Records of line q.
+/// Number of records of line q.
 const SHORT_RECORDS: u64 = 300;
 
 /// Rows of the long file: about 200 MB.
@@ -350,7 +350,7 @@ fn faster(
     }
 }
 
-/// A peer that ended in a wrong minimum would make any ratio worthless.
+/// Checks that a peer found the decay: if it ended in a wrong minimum, its time would be meaningless.
 fn found_the_decay(signal: &Signal, peer: &str, timing: &Timing) -> Result<(), Failure> {
     let truth = [signal.truth.offset_amplitude, signal.truth.decay_rate_per_s];
     for (at, truth) in (1..).zip(truth) {
@@ -358,7 +358,7 @@ fn found_the_decay(signal: &Signal, peer: &str, timing: &Timing) -> Result<(), F
             (Some(&value), Some(&error)) => (value, error),
             _ => return Err(format!("{peer} told too few estimates").into()),
         };
-        // Ten standard errors: chance stays within five, the averaged model adds less than one.
+        // Ten standard errors: random scatter stays within five, and the averaged model adds less than one.
         if !((value - truth).abs() < 10.0 * error && error < truth) {
             return Err(format!("{peer} found {value} ± {error} where {truth} was put in").into());
         }
@@ -366,8 +366,8 @@ fn found_the_decay(signal: &Signal, peer: &str, timing: &Timing) -> Result<(), F
     Ok(())
 }
 
-/// Difference of decay rate and friction displacement, whichever is the larger
-/// in the peer's standard errors. The peer's estimates begin with A, C, delta.
+/// Difference of decay rate or of friction displacement, whichever is larger, in units of the peer's standard errors.
+/// The peer's estimates begin with A, C, delta.
 fn apart(signal: &Signal, own: &Timing, theirs: &Timing) -> Option<f64> {
     let &[_, c, delta, ..] = theirs.estimates.as_slice() else { return None };
     let &[_, c_error, delta_error, ..] = theirs.errors.as_slice() else { return None };

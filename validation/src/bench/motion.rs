@@ -1,4 +1,4 @@
-//! Exact motion next to heyoka's Taylor integrator with terminal events.
+//! Exact motion compared with heyoka's Taylor integrator with terminal events.
 
 use std::f64::consts::TAU;
 use std::time::Instant;
@@ -17,7 +17,7 @@ use crate::places::{command, peer};
 const FREE: [f64; 2] = [1e-4, 1e-4];
 const CYCLES: f64 = 1000.0;
 const SAMPLES: u32 = 100_000;
-/// `delta`, `x_F`, `x_S` and `omega` of the driven motion: two slips and two stops a cycle.
+/// `delta`, `x_F`, `x_S` and `omega` of the driven motion, which has two slips and two stops per cycle.
 const DRIVEN: [f64; 4] = [0.05, 0.5, 0.65, 0.3];
 
 impl Bench {
@@ -26,7 +26,7 @@ impl Bench {
         Peer::start(&self.python, "motion_events.py", words)
     }
 
-    /// One piece of work against heyoka's; answers are the last position and a count.
+    /// Times one task against heyoka; the answers are the last position and a count.
     fn motion(
         &self,
         line: char,
@@ -48,7 +48,7 @@ impl Bench {
         let peer = || self.heyoka("decay", &[FREE[0], FREE[1], until]);
         let decay = FreeDecay::from_rest(&o, 1.0)?;
         let turning = Task(Box::new(|| {
-            // Times and positions are both wanted, so that neither is left out.
+            // Times and positions are both summed, so that the compiler cannot drop either computation.
             let (mut turns, mut times, mut positions) = (0, 0.0, 0.0);
             for p in decay.turning_points().take_while(|p| p.time_s <= until) {
                 turns += 1;
@@ -56,7 +56,7 @@ impl Bench {
                 positions += p.position;
             }
             std::hint::black_box((times, positions));
-            // The release is no turn of heyoka's.
+            // heyoka does not count the release as a turning point.
             Ok(vec![decay.displacement(until), f64::from(turns - 1)])
         }));
         let machine = Task(Box::new(|| {
@@ -101,7 +101,7 @@ impl Bench {
         self.motion('i', "driven stick-slip, 1000 cycles, 4000 events", asked, own, peer)
     }
 
-    /// Time per event after a hundred and after ten million of them.
+    /// Time per event after a hundred and after ten million events.
     pub(super) fn cost_per_event(&self) -> Result<Vec<Row>, Failure> {
         let gentle = Oscillator::kinematic(1.0, 1e-12, 1e-12)?;
         let free = || Motion::new(&gentle, Drive::none(), 0.0, 1.0, 0.0);
@@ -113,7 +113,7 @@ impl Bench {
         ])
     }
 
-    /// Greatest memory of the command while it streams, a thousand times more rows or not.
+    /// Peak memory of the command while it streams, compared between a run and one with a thousand times more rows.
     pub(super) fn streaming_memory(&self) -> Result<Vec<Row>, Failure> {
         let peak = |duration_s: &str| -> Result<f64, Failure> {
             let mut script = command(&self.python);
@@ -142,10 +142,9 @@ impl Bench {
     }
 }
 
-/// Cost of an event at the end of a long run over that in the first hundred.
-///
-/// Medians over stretches of a hundred events: on a busy machine a long measurement counts the
-/// time of others.
+/// Cost of an event at the end of a long run over that in the first hundred events.
+/// Medians over stretches of a hundred events are used: on a busy machine a long measurement would include the time
+/// of other processes.
 fn flat(work: &str, make: impl Fn() -> Result<Motion, slipfit::Error>) -> Result<Row, Failure> {
     const STRETCH: usize = 100;
     const STRETCHES: usize = 2000;
@@ -180,7 +179,7 @@ fn flat(work: &str, make: impl Fn() -> Result<Motion, slipfit::Error>) -> Result
 
 fn free() -> Result<(Oscillator, f64), Failure> {
     let o = Oscillator::kinematic(1.0, FREE[0], FREE[1])?;
-    // A little past the last turn, so that both count it.
+    // A little past the last turning point, so that both count it.
     Ok((o, (2.0 * CYCLES + 0.01) * o.half_period_s()))
 }
 
@@ -195,7 +194,7 @@ fn driven() -> Result<(Oscillator, Drive, f64), Failure> {
     Ok((o, Drive::harmonic(1.0, omega)?, TAU / omega))
 }
 
-/// Largest difference of the last positions; a peer that lost events would make any ratio worthless.
+/// Largest difference of the last positions; a peer that lost events would make the time ratio meaningless.
 fn apart(ours: &Timing, theirs: &Timing) -> Result<f64, Failure> {
     let (Some([x, n]), Some([y, m])) = (ours.estimates.first_chunk(), theirs.estimates.first_chunk()) else {
         return Err("a position and a count were expected".into());

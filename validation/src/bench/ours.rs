@@ -1,7 +1,7 @@
-//! slipfit's side of the fits and of the reading of text.
+//! slipfit's side of the fits and of reading text.
 //!
-//! Each function prepares one piece of work, untimed, and returns what is
-//! timed; that returns the decay rate (1/s) and the friction displacement.
+//! Each function prepares one task, untimed, and returns the closure to be timed; the closure returns the decay rate
+//! (1/s) and the friction displacement.
 
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -16,7 +16,7 @@ use super::contest::Task;
 use super::signal::{Signal, friction_displacement};
 use crate::Failure;
 
-/// Six-parameter fit of every sample, from the peers' start.
+/// Six-parameter fit of every sample, from the peers' start values.
 pub(super) fn waveform_fit(signal: &Signal) -> Task<'_> {
     let [initial_amplitude, c, decay_rate_per_s, omega, phase_rad, offset] = signal.waveform_start();
     let start = Decay {
@@ -38,7 +38,7 @@ pub(super) fn analysis(signal: &Signal) -> Result<Task<'static>, Failure> {
     analyses(std::slice::from_ref(signal))
 }
 
-/// The same of each of several signals; its estimates are those of the first.
+/// The same for each of several signals; the estimates are those of the first.
 pub(super) fn analyses(signals: &[Signal]) -> Result<Task<'static>, Failure> {
     let record = |signal: &Signal| Record::new(signal.time_s.clone(), signal.values.clone());
     let records = signals.iter().map(record).collect::<Result<Vec<Record>, _>>()?;
@@ -56,7 +56,7 @@ pub(super) fn analyses(signals: &[Signal]) -> Result<Task<'static>, Failure> {
     })))
 }
 
-/// Three-parameter fit of an amplitude trace, from the peers' start.
+/// Three-parameter fit of an amplitude trace, from the peers' start values.
 pub(super) fn envelope_fit(signal: &Signal) -> Task<'_> {
     let [initial_amplitude, offset_amplitude, decay_rate_per_s] = signal.envelope_start();
     let start = EnvelopeStart { initial_amplitude, offset_amplitude, decay_rate_per_s };
@@ -68,7 +68,7 @@ pub(super) fn envelope_fit(signal: &Signal) -> Task<'_> {
     }))
 }
 
-/// Reading a file of two columns.
+/// Reads a file of two columns.
 pub(super) fn text_read(path: &Path) -> Task<'_> {
     Task(Box::new(move || {
         let reading = slipfit_io::read(path, &slipfit_io::ReadOptions::default())?;
@@ -77,8 +77,7 @@ pub(super) fn text_read(path: &Path) -> Task<'_> {
     }))
 }
 
-/// `cargo xtask bench --read FILE TIMES`, a contestant of line m: seconds of the best of so many
-/// readings.
+/// `cargo xtask bench --read FILE TIMES`, a contestant of line m: seconds of the fastest of TIMES readings.
 pub(super) fn read_alone(arguments: &[String]) -> Result<ExitCode, Failure> {
     let [file, times] = arguments else { return Err("--read needs FILE and TIMES".into()) };
     let mut best = f64::INFINITY;

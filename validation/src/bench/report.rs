@@ -1,4 +1,4 @@
-//! The table and the page around it.
+//! The table of results and the page around it.
 
 use std::process::Command;
 
@@ -13,9 +13,9 @@ pub(super) struct Row {
     pub(super) peer: &'static str,
     pub(super) theirs: String,
     pub(super) ratio: String,
-    /// What was asked for, and whether it is met.
+    /// The requirement, and whether it is met.
     pub(super) asked: Option<(String, bool)>,
-    /// Largest difference of the answers, with its unit.
+    /// Largest difference between the answers, with its unit.
     pub(super) apart: Option<String>,
 }
 
@@ -29,7 +29,7 @@ pub(super) fn duration(seconds: f64) -> String {
     format!("{} {unit}", three_digits(value))
 }
 
-/// Three significant digits, none of them cut off before the point.
+/// A number with three significant digits; integer digits are never dropped.
 pub(super) fn three_digits(value: f64) -> String {
     let decimals = if value >= 100.0 {
         0

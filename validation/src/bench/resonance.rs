@@ -1,4 +1,4 @@
-//! A resonance curve next to SciPy's fit of the same model and lmfit's Lorentzian.
+//! Fit of a resonance curve, compared with SciPy's fit of the same model and lmfit's Lorentzian.
 
 use std::f64::consts::{FRAC_PI_4, TAU};
 use std::io::{BufWriter, Write};
@@ -18,11 +18,11 @@ const FREQUENCY_HZ: f64 = 1000.0;
 const Q: f64 = 50.0;
 const FRICTION_RATIO: f64 = 0.3;
 const DRIVE: f64 = 1.0;
-/// The window reaches this many half widths of the viscous line either side.
+/// Extent of the window on either side, in half widths of the viscous line.
 const REACH: f64 = 5.0;
-/// Of a quadrature.
+/// Standard deviation of the noise of one quadrature.
 const NOISE_RMS: f64 = 0.05;
-/// Start values of the peers over the truth.
+/// Start values of the peers relative to the truth.
 const OFF: f64 = 1.1;
 
 struct Sweep {
@@ -52,7 +52,7 @@ impl Sweep {
         Ok(Self { hz, z, truth: [TAU * FREQUENCY_HZ / (2.0 * Q), x_f] })
     }
 
-    /// In the peers' order; a tenth off the width and the friction, a tenth of a width off the peak.
+    /// Start values in the peers' order: width and friction are off by a tenth, the peak by a tenth of a width.
     fn start(&self) -> [f64; 5] {
         let [delta, x_f] = self.truth;
         let shift = (OFF - 1.0) * delta;
@@ -96,8 +96,8 @@ impl Bench {
     }
 }
 
-/// The larger difference of decay rate and friction displacement in the peer's standard errors;
-/// a peer that ended elsewhere would make any ratio worthless.
+/// The larger difference of decay rate and friction displacement, in the peer's standard errors; a peer that ended in
+/// another minimum would make the time ratio meaningless.
 fn apart(sweep: &Sweep, peer: &str, ours: &Timing, theirs: &Timing) -> Result<f64, Failure> {
     let mut most = 0.0f64;
     for (k, truth) in sweep.truth.into_iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Decays with known losses, the same numbers for every contestant.
+//! Decays with known losses; every contestant gets the same numbers.
 
 use std::f64::consts::{PI, TAU};
 use std::fs::File;
@@ -12,24 +12,24 @@ use crate::Failure;
 
 /// Noise added to every sample; the decay starts at amplitude 1.
 const NOISE_RMS: f64 = 0.01;
-/// Of the noise.
+/// Seed of the noise.
 const SEED: u64 = 0x5113_f175;
 /// Offset of the waveforms.
 const OFFSET: f64 = 0.02;
 
-/// A made record and what it was made with.
+/// A simulated record and its true parameters.
 pub(super) struct Signal {
     pub(super) time_s: Vec<f64>,
     pub(super) values: Vec<f64>,
     pub(super) truth: Truth,
 }
 
-/// A decay that loses 1 of its decay times, two sevenths of the loss at its
-/// start by sliding, and does not yet stop at its end.
+/// A decay over one decay time of its viscous loss. Two sevenths of the loss at its start are sliding, and it does
+/// not stop within the record.
 #[derive(Clone, Copy)]
 pub(super) struct Truth {
     pub(super) decay_rate_per_s: f64,
-    /// Of the damped motion, omega_d / 2 pi.
+    /// Frequency of the damped motion, omega_d / 2 pi.
     pub(super) frequency_hz: f64,
     /// C of `|X_n| + C = eps^n (|X_0| + C)`.
     pub(super) offset_amplitude: f64,
@@ -49,7 +49,7 @@ impl Truth {
         friction_displacement(self.offset_amplitude, self.decay_rate_per_s, self.omega())
     }
 
-    /// Released at rest from 1.
+    /// The decay released at rest from amplitude 1.
     fn free_decay(&self) -> Result<FreeDecay, slipfit::Error> {
         let omega_0 = self.omega().hypot(self.decay_rate_per_s);
         let oscillator = Oscillator::kinematic(omega_0, self.decay_rate_per_s, self.friction_displacement())?;
@@ -61,20 +61,19 @@ impl Truth {
     }
 }
 
-/// x_F from the amplitude C that a fitted envelope approaches.
+/// x_F from the offset amplitude C of a fitted envelope.
 pub(super) fn friction_displacement(offset_amplitude: f64, decay_rate_per_s: f64, omega: f64) -> f64 {
     offset_amplitude * (PI * decay_rate_per_s / (2.0 * omega)).tanh()
 }
 
 impl Signal {
-    /// A waveform with about 100 samples a cycle, a third of a cycle more than a
-    /// whole number of them, so that its frequency lies between two lines of a
-    /// spectrum.
+    /// A waveform with about 100 samples per cycle. Its number of cycles is an integer plus one third, so that its
+    /// frequency lies between two lines of a spectrum.
     pub(super) fn waveform(samples: usize) -> Result<Signal, Failure> {
         Signal::waveform_of(samples, 0)
     }
 
-    /// The same with noise of its own for each number.
+    /// The same with independent noise for each number.
     pub(super) fn waveform_of(samples: usize, number: u64) -> Result<Signal, Failure> {
         let rate_hz = 1e5;
         let duration_s = samples as f64 / rate_hz;
@@ -103,8 +102,8 @@ impl Signal {
         Signal { time_s, values, truth }
     }
 
-    /// Start values of a waveform fit, in the peers' order, as a look at the
-    /// data and the highest line of the spectrum give them.
+    /// Start values of a waveform fit, in the peers' order, as read off the data and the highest line of the
+    /// spectrum.
     pub(super) fn waveform_start(&self) -> [f64; 6] {
         let [amplitude, offset_amplitude, decay_rate_per_s] = self.envelope_start();
         let line_spacing_hz = self.truth.decay_rate_per_s;
@@ -137,7 +136,7 @@ impl Signal {
     }
 }
 
-/// SplitMix64 and the Box-Muller transform: the same noise on every machine.
+/// Gaussian noise by SplitMix64 and the Box-Muller transform: the same on every machine.
 pub(super) struct Noise(u64);
 
 impl Noise {
@@ -179,7 +178,7 @@ mod tests {
         let draws: Vec<f64> = (0..100_000).map(|_| noise.normal()).collect();
         let mean = draws.iter().sum::<f64>() / 1e5;
         let variance = draws.iter().map(|z| z * z).sum::<f64>() / 1e5;
-        // Five standard errors of either.
+        // Five standard errors of mean and variance.
         assert!(mean.abs() < 0.016, "{mean} {variance}");
         assert!((variance - 1.0).abs() < 0.023, "{mean} {variance}");
     }

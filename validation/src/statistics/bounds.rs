@@ -1,4 +1,4 @@
-//! The least standard errors that an unbiased estimate can have (Cramér and Rao).
+//! Smallest standard errors that an unbiased estimator can have (Cramér and Rao).
 
 use std::f64::consts::PI;
 
@@ -21,7 +21,7 @@ pub(super) fn of_motion(truth: [f64; 6], time: &[f64], sigma: f64) -> [f64; 2] {
         }
         out.iter().map(|x| x + offset).collect()
     };
-    // The two of interest first.
+    // The two parameters of interest come first.
     let columns: Vec<Vec<f64>> = [1, 2, 0, 3, 4, 5]
         .into_iter()
         .map(|k| {
@@ -45,7 +45,7 @@ pub(super) fn of_motion(truth: [f64; 6], time: &[f64], sigma: f64) -> [f64; 2] {
     information_bound(&columns, sigma)
 }
 
-/// Those of amplitudes alone, sampled at `time` with noise `sigma`: decay rate and friction displacement with the
+/// Bounds for amplitudes alone, sampled at `time` with noise `sigma`: decay rate and friction displacement with the
 /// first amplitude free.
 pub(super) fn of_amplitudes(oscillator: &Oscillator, amplitude: f64, time: &[f64], sigma: f64) -> [f64; 2] {
     let truth = [oscillator.decay_rate_per_s(), oscillator.friction_displacement(), amplitude];
@@ -69,7 +69,7 @@ pub(super) fn of_amplitudes(oscillator: &Oscillator, amplitude: f64, time: &[f64
     information_bound(&columns, sigma)
 }
 
-/// Bounds of the first two of the parameters with these derivatives, noise `sigma` at each sample.
+/// Bounds of the first two parameters from the derivatives by all of them, with noise `sigma` at each sample.
 fn information_bound(columns: &[Vec<f64>], sigma: f64) -> [f64; 2] {
     let information = DMatrix::from_fn(columns.len(), columns.len(), |i, j| {
         columns[i].iter().zip(&columns[j]).map(|(a, b)| a * b).sum::<f64>() / (sigma * sigma)
@@ -78,11 +78,11 @@ fn information_bound(columns: &[Vec<f64>], sigma: f64) -> [f64; 2] {
     cramer_rao(&information, &all).unwrap_or([f64::NAN; 2])
 }
 
-/// Cramér-Rao standard errors of the first two parameters from an information matrix of which the
-/// parameters `kept` are free; `None` where it is singular.
+/// Cramér-Rao standard errors of the first two parameters from an information matrix of which the parameters `kept`
+/// are free; `None` if it is singular.
 pub(super) fn cramer_rao(information: &DMatrix<f64>, kept: &[usize]) -> Option<[f64; 2]> {
     let part = |i: usize, j: usize| information[(kept[i], kept[j])];
-    // Unit diagonal first: rates and lengths differ by many orders.
+    // Scaled to unit diagonal first: rates and lengths differ by many orders of magnitude.
     let scale: Vec<f64> = (0..kept.len()).map(|i| 1.0 / part(i, i).sqrt()).collect();
     let unit = DMatrix::from_fn(kept.len(), kept.len(), |i, j| part(i, j) * scale[i] * scale[j]);
     let inverse = unit.try_inverse()?;

@@ -1,15 +1,15 @@
-//! What a run of the statistics is asked for.
+//! Command-line options of a run of the statistics.
 
 use crate::Failure;
 use crate::places::write_page;
 
-/// What the arguments ask for.
+/// What the arguments select.
 pub(super) struct Choices {
-    /// Trials of each experiment.
+    /// Number of trials of each experiment.
     pub(super) seeds: u64,
-    /// Only the experiments whose name contains this.
+    /// Only the experiments whose name contains this text are run.
     pub(super) only: String,
-    /// Whether to renew the page of the documentation.
+    /// Whether to rewrite the page of the documentation.
     pub(super) write: bool,
 }
 

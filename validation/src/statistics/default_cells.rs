@@ -1,4 +1,4 @@
-//! Cells of the statistics of ring-downs analysed by default.
+//! Cells (simulated cases) of the statistics of ring-downs analysed by default.
 
 use super::nuisances::{COARSE_DECAY_TIMES, DISTURBANCES, Nuisance};
 
@@ -11,30 +11,31 @@ pub(super) const ENVELOPE_DECAY_TIMES: [f64; 3] = [1.0, 3.0, 6.0];
 pub(super) const ENVELOPE_SAMPLES_PER_CYCLE: [f64; 2] = [0.5, 4.0];
 pub(super) const NUISANCE_Q: [f64; 2] = [30.0, 300.0];
 pub(super) const NUISANCE_SHARE: [f64; 3] = [0.0, 0.2, 0.5];
-/// Motions that stop after some ten swings, recorded on: the level of the rest tells which was the last.
+/// Motions that stop after about ten swings, with the record continuing: the level at rest shows which swing was the
+/// last.
 pub(super) const REST_Q: [f64; 3] = [50.0, 100.0, 200.0];
 pub(super) const REST_SHARE: [f64; 3] = [0.3, 0.5, 0.7];
 pub(super) const REST_SNR_DB: [f64; 4] = [30.0, 40.0, 50.0, 60.0];
-/// Motions of few cycles recorded as a gyroscope or an accelerometer does.
+/// Motions of few cycles, recorded as by a gyroscope or an accelerometer.
 pub(super) const DERIVATIVE_Q: [f64; 3] = [5.0, 8.0, 15.0];
 pub(super) const DERIVATIVE_SHARE: [f64; 2] = [0.2, 0.5];
 pub(super) const DERIVATIVE_SNR_DB: [f64; 2] = [40.0, 60.0];
-/// Parts of what sliding leaves of the loss at the start that are drag.
+/// Drag as a part of the non-sliding loss at the start.
 pub(super) const DRAG: [f64; 3] = [0.03, 0.3, 1.0];
 pub(super) const FREQUENCY_HZ: f64 = 1.7;
 
-/// What is recorded.
+/// Recorded quantity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum What {
     /// The displacement.
     Displacement,
-    /// The amplitude, by a detector whose noise has two quadratures (Rician).
+    /// The amplitude, from a detector whose noise has two quadratures (Rician).
     Envelope,
     /// The velocity, in m/s.
     Velocity,
     /// The acceleration, in m/s^2.
     Acceleration,
-    /// In phase and in quadrature to a reference that is [`DETUNING_RAD`] per decay time off.
+    /// In-phase and quadrature components relative to a reference that drifts by [`DETUNING_RAD`] per decay time.
     LockIn,
 }
 
@@ -46,12 +47,12 @@ pub(super) struct Cell {
     pub(super) snr_db: f64,
     pub(super) decay_times: f64,
     pub(super) samples_per_cycle: f64,
-    /// Part of the loss at the start that is drag, of what sliding leaves.
+    /// Drag as a part of the non-sliding loss at the start.
     pub(super) drag: f64,
     pub(super) nuisance: Nuisance,
 }
 
-/// The cell that disturbances and drag are added to.
+/// The cell to which disturbances and drag are added.
 pub(super) const USUAL: Cell = Cell {
     what: What::Displacement,
     q: 300.0,
@@ -64,7 +65,7 @@ pub(super) const USUAL: Cell = Cell {
 };
 
 impl Cell {
-    /// White noise, no drag.
+    /// Whether this quantity is recorded with white noise and without drag.
     pub(super) fn plain(&self, what: What) -> bool {
         self.what == what && self.drag == 0.0 && self.nuisance == Nuisance::None
     }

@@ -1,4 +1,4 @@
-//! Resonance curves analysed by default: no option but what a user knows of the drive.
+//! Resonance curves analysed with default options, apart from what a user knows about the drive.
 
 use std::f64::consts::{FRAC_PI_4, TAU};
 use std::fmt::Write;
@@ -25,18 +25,18 @@ use super::trials::{coverage_error, seed};
 use crate::Failure;
 
 const Q: [f64; 3] = [10.0, 100.0, 1_000.0];
-/// The one Q of curves with a disturbance.
+/// Q of all curves with a disturbance.
 const DISTURBED_Q: f64 = 100.0;
 const BETA: [f64; 4] = [0.0, 0.1, 0.5, 0.9];
 const POINTS: [usize; 3] = [13, 41, 201];
 const OMEGA_0: f64 = TAU;
 const X_0: f64 = 1.0;
-/// Noise of a quadrature over the highest amplitude: 40 dB.
+/// Noise of one quadrature over the highest amplitude: 40 dB.
 const NOISE: f64 = 0.01;
-/// The window reaches this many full widths of the line either side.
+/// Extent of the window on either side, in full widths of the line.
 const WINDOW: f64 = 3.0;
 
-/// What is known of the drive.
+/// What is known about the drive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Drive {
     Known,
@@ -66,7 +66,7 @@ struct Cell {
     beta: f64,
 }
 
-/// A cell with its curve, and that of the reference, before instrument and noise.
+/// A cell with its curve and the reference curve, before instrument and noise are added.
 struct Sweep {
     cell: Cell,
     number: u64,
@@ -75,12 +75,12 @@ struct Sweep {
     reference: Vec<Phasor>,
 }
 
-/// A cell with what became of its curves.
+/// A cell with the scores of its curves.
 struct Row {
     cell: Cell,
     seeds: u64,
     scores: Scores,
-    /// Share of the answers with a background, a delay or a constant in every amplitude.
+    /// Share of the answers with a background, a delay or a constant added to every amplitude.
     instrument: f64,
 }
 
@@ -171,7 +171,7 @@ impl Cell {
 }
 
 impl Sweep {
-    /// The points as the instrument gives them.
+    /// The points as the instrument reads them.
     fn measured(&self, clean: &[Phasor], chain: &Chain, rng: &mut ChaCha8Rng) -> Option<Curve> {
         let highest = clean.iter().map(|z| z.norm()).fold(0.0, f64::max);
         let (first, last) = (self.omega[0], self.omega[self.omega.len() - 1]);
@@ -206,7 +206,7 @@ impl Sweep {
         let mut options = Options::default();
         match self.cell.drive {
             Drive::Known => options.drive_amplitude = Some(DriveAmplitude { value: X_0, std_error: 0.0 }),
-            // The friction-free curve is higher, and its background with it.
+            // The friction-free curve is higher, and its background in proportion.
             Drive::Reference => options.reference = self.measured(&self.reference, &chain, &mut rng),
             Drive::Shape => {}
         }
@@ -225,7 +225,7 @@ impl Sweep {
     fn outcome(&self, answer: &Answer) -> Outcome {
         let truth = self.cell.truth();
         let estimate = |t: &True| answer.parameter(t.parameter).map(|q| Estimated::of(q, t.value));
-        // Naming a fitted term of the instrument does not question the answer.
+        // A warning that only names a fitted instrument term does not question the answer.
         let questions_answer = |w: &Warning| {
             !matches!(
                 w,
@@ -253,8 +253,8 @@ impl Row {
 }
 
 impl Scored for Row {
-    /// What the cell misses of 95 % by more than three standard errors of its own, and how often it
-    /// claims friction where there is none.
+    /// Whether the coverage falls below 95 % by more than three of its standard errors, or friction is claimed too
+    /// often where there is none.
     fn misses(&self) -> bool {
         let least = 0.95 - 3.0 * coverage_error(self.seeds as usize);
         let claimed = self.cell.beta == 0.0 && self.scores.sliding_detected > 0.05;

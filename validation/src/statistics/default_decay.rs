@@ -1,4 +1,4 @@
-//! Ring-downs analysed by default, no option given: the answer as every user gets it.
+//! Ring-downs analysed with default options: the answer as every user gets it.
 
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write;
@@ -29,15 +29,15 @@ use super::scores::{Estimated, Outcome, Scores, True};
 use super::trials::{coverage_error, mean_and_deviation, seed};
 use crate::Failure;
 
-/// Turn of a lock-in's phase in a decay time, rad, and its phase at the release.
+/// Phase drift of a lock-in per decay time (rad), and its phase at the release.
 const DETUNING_RAD: f64 = 0.4;
 const LOCK_IN_PHASE_RAD: f64 = 0.7;
-/// Fewer samples or cycles are no ring-down.
+/// A record with fewer samples or cycles is not a ring-down.
 const LEAST_SAMPLES: usize = 12;
 const LEAST_CYCLES: f64 = 2.0;
-/// Samples of all repeats of a cell together: long records are repeated less often.
+/// Total number of samples over all repeats of a cell: long records are repeated less often.
 const MOST_SAMPLES: f64 = 2e7;
-/// A longer record tells nothing that a tenth of it does not.
+/// Cells with longer records are skipped: a tenth of the length already carries the same information.
 const LONGEST: usize = 1_000_000;
 
 struct Decay {
@@ -48,7 +48,7 @@ struct Decay {
     oscillator: Oscillator,
     exact: FreeDecay,
     law: AmplitudeLaw,
-    /// Least standard errors of decay rate and friction displacement.
+    /// Smallest standard errors of decay rate and friction displacement (Cramér-Rao).
     bound: [f64; 2],
 }
 
@@ -63,19 +63,19 @@ pub(super) fn run(choices: Choices) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// A cell with what became of its records.
+/// A cell with the scores of its records.
 struct Row {
     cell: Cell,
     samples: usize,
     repeats: u64,
     scores: Scores,
     bound: [f64; 2],
-    /// The motion stops inside the record.
+    /// Whether the motion stops inside the record.
     stops: bool,
 }
 
 impl Row {
-    /// Root mean square errors of decay rate and friction displacement over the bound.
+    /// Root mean square errors of decay rate and friction displacement over the Cramér-Rao bound.
     fn spread(&self) -> [f64; 2] {
         [0, 1].map(|k| self.scores.rms_error[k] / self.bound[k])
     }
@@ -94,15 +94,14 @@ impl Row {
 }
 
 impl Scored for Row {
-    /// Whether the coverage of a parameter lies below what chance allows of 95 %, by three of its own
-    /// standard errors.
+    /// Whether the coverage of a parameter falls below 95 % by more than three of its standard errors.
     fn misses(&self) -> bool {
         let least = 0.95 - 3.0 * coverage_error(self.repeats as usize);
         self.scores.coverage.iter().any(|c| *c < least)
     }
 }
 
-/// Means over cells, each counted by its repeats.
+/// Means over cells, weighted by their repeats.
 fn pooled(rows: &[&Row]) -> String {
     let repeats: f64 = rows.iter().map(|r| r.repeats as f64).sum();
     let mean = |value: &dyn Fn(&Scores) -> f64| {
@@ -127,8 +126,8 @@ fn median(mut values: Vec<f64>) -> Option<f64> {
     values.get(values.len() / 2).copied()
 }
 
-/// How many answers, of all whose samples were compared with the motion, lie further from the samples than the truth
-/// does: a search that ended in another minimum.
+/// Number of answers, out of all whose motion was compared with the samples, that fit the samples worse than the true
+/// parameters do: the search ended in another minimum.
 fn minima(rows: &[Row]) -> String {
     let count = |of: &dyn Fn(&Row) -> bool| {
         let members = || rows.iter().filter(|r| of(r));
@@ -221,7 +220,7 @@ fn page(measured: &MeasuredCells<Row>, seeds: u64) -> String {
 }
 
 impl Cell {
-    /// The record without noise; `None` for less than a ring-down.
+    /// The record without noise; `None` if it is too short for a ring-down.
     fn decay(self) -> Option<Decay> {
         let omega_0 = TAU * FREQUENCY_HZ;
         let total = omega_0 / (2.0 * self.q);
@@ -241,7 +240,7 @@ impl Cell {
         let mut clean = vec![0.0; count];
         match self.what {
             What::Displacement if self.drag == 0.0 => exact.fill(&time, &mut clean).ok()?,
-            // Of amplitude 1 as well, over `omega_0` or its square.
+            // Divided by `omega_0` or its square, so that the amplitude is 1 here too.
             What::Velocity | What::Acceleration => {
                 for (y, &t) in clean.iter_mut().zip(&time) {
                     let (x, v) = exact.state(t);
@@ -276,7 +275,7 @@ impl Cell {
             _ if self.drag > 0.0 || self.nuisance != Nuisance::None => [f64::NAN; 2],
             What::Displacement => bounds::of_motion([1.0, delta, x_f, 0.0, omega_0, 0.0], &moving, sigma),
             What::LockIn => bounds::of_amplitudes(&oscillator, 1.0, &moving, sigma),
-            // Rician: near the noise its information is not that of a normal distribution.
+            // Rician: near the noise level the information is not that of a normal distribution.
             What::Envelope | What::Velocity | What::Acceleration => [f64::NAN; 2],
         };
         let again = FreeDecay::from_rest(&oscillator, SECOND_RELEASE).ok()?;
@@ -293,7 +292,7 @@ impl Decay {
         self.exact.stop().is_some_and(|s| s.time_s < end)
     }
 
-    /// Truth for a window that begins at `start_s`.
+    /// True values for a window that begins at `start_s`.
     fn truth(&self, start_s: f64) -> [True; 4] {
         let (delta, x_f) = (self.oscillator.decay_rate_per_s(), self.oscillator.friction_displacement());
         let omega_0 = TAU * FREQUENCY_HZ;
@@ -311,7 +310,8 @@ impl Decay {
         } else {
             (first + offset) * (-delta * start_s).exp() - offset
         };
-        // Recorded over `omega_0` or its square; lengths of a signal are displacements times the frequency of the motion.
+        // The record is divided by `omega_0` or its square; lengths of a signal are displacements times the frequency
+        // of the motion.
         let pulled = self.oscillator.omega_d() / omega_0;
         let amplitude = amplitude
             * match self.cell.what {
@@ -332,7 +332,7 @@ impl Decay {
         .map(|(parameter, value)| True { parameter, value })
     }
 
-    /// The motion with a phase added, its amplitude kept.
+    /// The motion with a phase added and its amplitude unchanged.
     fn along(&self, phase: &[f64]) -> Vec<f64> {
         let omega = self.oscillator.omega_d();
         let at = |(&t, phase): (&f64, &f64)| {
@@ -344,7 +344,7 @@ impl Decay {
         self.time.iter().zip(phase).map(at).collect()
     }
 
-    /// The scores of its cell over these records.
+    /// The scores of the cell over these records.
     fn measured(&self, records: Range<u64>) -> Row {
         let started = Instant::now();
         let repeats = records.end - records.start;
@@ -422,8 +422,8 @@ impl Decay {
         }
     }
 
-    /// Sum of squares of the reported motion over its window less that of the truth, over the variance of the noise;
-    /// `None` where the samples are no displacement or their noise is not white.
+    /// Sum of squares of the reported motion over its window minus that of the true motion, over the variance of the
+    /// noise; `None` if the samples are not a displacement or their noise is not white.
     fn above_truth(&self, record: &Record, answer: &Answer) -> Option<f64> {
         if !self.cell.plain(What::Displacement) || answer.diagnostics.method != "waveform" {
             return None;
@@ -445,7 +445,8 @@ impl Decay {
                 moving += square;
             }
         }
-        // A level of the rest that does not tell the last swing is fitted with it.
+        // A level at rest that does not determine the last swing is fitted freely: the smaller residual sum of
+        // squares counts.
         if at_rest.len() > 1 {
             let (_, deviation) = mean_and_deviation(&at_rest);
             still = still.min((at_rest.len() - 1) as f64 * deviation.powi(2));

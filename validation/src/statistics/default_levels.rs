@@ -1,4 +1,4 @@
-//! Drive levels analysed by default.
+//! Drive levels analysed with default options.
 
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 use std::fmt::Write;
@@ -24,29 +24,30 @@ use crate::Failure;
 
 const Q: f64 = 300.0;
 const OMEGA_0: f64 = TAU;
-/// Highest level.
+/// Highest drive level.
 const TOP: f64 = 1.0;
 const LEVELS: [usize; 3] = [6, 12, 30];
-/// Threshold over the highest level; none is a level itself.
+/// Threshold over the highest level; no threshold coincides with a level.
 const THRESHOLD: [f64; 4] = [0.0, 0.055, 0.31, 0.61];
-/// Noise of a quadrature over the highest amplitude: 40 and 60 dB.
+/// Noise of one quadrature over the highest amplitude: 40 and 60 dB.
 const NOISE: [f64; 2] = [0.01, 0.001];
 
-/// What levels have beyond viscous and sliding loss at resonance and white noise.
+/// Departure of the levels from viscous and sliding loss at resonance with white noise.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Departure {
     Nothing,
-    /// A drag of this part of the viscous loss at the highest amplitude.
+    /// A drag that is this part of the viscous loss at the highest amplitude.
     Drag(f64),
-    /// A detector that reads so much less of the highest amplitude, in proportion to its square.
+    /// A detector that reads the highest amplitude too low by this part; the deficit grows with the square of the
+    /// amplitude.
     Compression(f64),
-    /// A detector that reads this part of the highest amplitude without motion, added to every reading.
+    /// A detector offset, added to every reading, as a part of the highest amplitude.
     Zero(f64),
     /// Part of the drive that the detector picks up at a random phase, over the highest amplitude.
     Crosstalk(f64),
-    /// A frequency beside the resonance by this part of the half width of the line.
+    /// A drive frequency off the resonance by this part of the half width of the line.
     OffResonance(f64),
-    /// Noise as this part of each amplitude, with the white one.
+    /// Noise proportional to each amplitude by this factor, in addition to the white noise.
     ProportionalNoise(f64),
 }
 
@@ -86,7 +87,7 @@ struct Cell {
     noise: f64,
 }
 
-/// A cell with its levels before instrument and noise.
+/// A cell with its levels before instrument and noise are added.
 struct Series {
     cell: Cell,
     number: u64,
@@ -134,7 +135,7 @@ impl Cell {
         format!("{}; n={levels}; threshold={threshold}; noise={noise};", departure.name())
     }
 
-    /// How far the drive is from the resonance, in half widths of the line.
+    /// Distance of the drive from the resonance, in half widths of the line.
     fn detuning(&self) -> f64 {
         if let Departure::OffResonance(part) = self.departure { part } else { 0.0 }
     }
@@ -160,7 +161,7 @@ impl Cell {
             if x_0 <= self.threshold * TOP {
                 return Some((x_0, Phasor::new(0.0, 0.0)));
             }
-            // Closer to the threshold the motion stops within its cycle, and few would measure there.
+            // Closer to the threshold the motion stops within its cycle; few experiments measure there.
             let motion = Motion::new(disturbance, [OMEGA_0, delta, x_0], highest);
             Some((x_0, motion.at(omega, x_f)?)).filter(|_| x_0 > NEAREST * self.threshold * TOP)
         };
@@ -173,7 +174,7 @@ impl Cell {
 const NEAREST: f64 = 1.06;
 
 impl Series {
-    /// The levels as the instrument gives them.
+    /// The levels as the instrument reads them.
     fn measured(&self, rng: &mut ChaCha8Rng) -> Option<Levels> {
         let Cell { departure, noise, .. } = self.cell;
         let highest = self.clean.iter().map(|z| z.norm()).fold(0.0, f64::max);
@@ -207,7 +208,7 @@ impl Series {
     fn outcome(&self, answer: &Answer) -> Outcome {
         let estimate = |t: &True| answer.parameter(t.parameter).map(|q| Estimated::of(q, t.value));
         let is_bend = |w: &Warning| matches!(w, Warning::NotStraight { .. });
-        // That the threshold comes from the line continued does not question it.
+        // A warning that the threshold was extrapolated does not question the answer.
         let questions_answer = |w: &Warning| !matches!(w, Warning::ThresholdExtrapolated { .. });
         Outcome {
             estimates: self.cell.truth().iter().map(estimate).collect(),
@@ -220,8 +221,8 @@ impl Series {
 }
 
 impl Scored for Row {
-    /// What the cell misses of 95 % by more than three standard errors of its own, and how often it claims friction where
-    /// there is none.
+    /// Whether the coverage falls below 95 % by more than three of its standard errors, or friction is claimed too
+    /// often where there is none.
     fn misses(&self) -> bool {
         let least = 0.95 - 3.0 * coverage_error(self.seeds as usize);
         let claimed = self.cell.threshold == 0.0 && self.scores.sliding_detected > 0.02;
@@ -237,7 +238,7 @@ fn pooled(rows: &[&Row]) -> String {
     scores::pooled(&cells).join(" | ")
 }
 
-/// Errors and widths, a row for each number of levels and noise.
+/// Errors and widths, one row for each number of levels and noise.
 fn spread(rows: &[Row]) -> String {
     let mut text = format!(
         "\n## Errors and widths\n\nRoot mean square of the error, and mean half width of the 95 % interval, of the slope \

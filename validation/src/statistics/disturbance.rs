@@ -1,4 +1,4 @@
-//! What curves of the statistics have beyond an oscillator with viscous and sliding loss and white noise.
+//! Disturbances of simulated curves beyond an oscillator with viscous and sliding loss and white noise.
 
 use std::f64::consts::PI;
 
@@ -12,19 +12,20 @@ use slipfit::motion::steady::fundamental::{Point, fundamental};
 pub(super) enum Disturbance {
     /// White noise only.
     Nothing,
-    /// A constant phasor of this part of the highest amplitude, at any angle.
+    /// A constant phasor of this part of the highest amplitude, at a random angle.
     Background(f64),
-    /// A turn of this many degrees across the window.
+    /// A phase turn of this many degrees across the window.
     Delay(f64),
     /// Both of them.
     DelayAndBackground(f64, f64),
-    /// A part of the drive in phase with it.
+    /// A signal proportional to the drive and in phase with it.
     Crosstalk(f64),
-    /// Noise as this part of each amplitude, above a floor of the highest amplitude.
+    /// Noise proportional to each amplitude by the first factor, and a floor of the second factor times the highest
+    /// amplitude.
     ProportionalNoise(f64, f64),
-    /// A drag whose loss at the highest amplitude is this part of the viscous one.
+    /// A drag whose loss at the highest amplitude is this part of the viscous loss.
     Drag(f64),
-    /// A natural frequency that the amplitude `Q x_0` moves by this part of the half width of the line.
+    /// A shift of the natural frequency that is, at amplitude `Q x_0`, this part of the half width of the line.
     Duffing(f64),
 }
 
@@ -62,13 +63,13 @@ impl Disturbance {
         }
     }
 
-    /// A term that amplitudes alone show as well.
+    /// Whether the term also affects curves of amplitudes alone.
     pub(super) fn is_seen_in_amplitudes(self) -> bool {
         !matches!(self, Self::Delay(_) | Self::DelayAndBackground(..))
     }
 }
 
-/// Halvings in the search for an amplitude on which loss or frequency depend.
+/// Bisection steps in the search for an amplitude on which loss or frequency depends.
 const HALVINGS: usize = 50;
 
 /// The exact response of an oscillator whose loss or natural frequency may depend on the amplitude.
@@ -83,7 +84,7 @@ pub(super) struct Motion {
 }
 
 impl Motion {
-    /// `highest`: the amplitude at which drag is a part of the viscous loss.
+    /// `highest`: the amplitude at which the drag is the given part of the viscous loss.
     pub(super) fn new(disturbance: Disturbance, [omega_0, delta, x_0]: [f64; 3], highest: f64) -> Self {
         let drag = if let Disturbance::Drag(part) = disturbance { part * delta / highest } else { 0.0 };
         let free = x_0 * omega_0 / (2.0 * delta);
@@ -92,11 +93,11 @@ impl Motion {
         Self { omega_0, delta, x_0, drag, duffing }
     }
 
-    /// What a lock-in shows at one frequency; `None` where the motion is not of this kind.
+    /// The lock-in reading at one frequency; `None` if the motion is not of this kind (no fundamental).
     pub(super) fn at(&self, omega: f64, x_f: f64) -> Option<Phasor> {
         let response = |amplitude: f64| {
             let omega_0 = self.omega_0 + self.duffing * amplitude * amplitude;
-            // Drag is a viscous loss in proportion to the speed.
+            // Drag acts as a viscous loss proportional to the speed.
             let delta = self.delta + self.drag * amplitude * omega / self.omega_0;
             let point = Point { omega, omega_0, detuning: omega - omega_0, delta, x_0: self.x_0, x_f };
             fundamental(&point).map(|f| f.value)
@@ -113,12 +114,12 @@ impl Motion {
     }
 }
 
-/// The numbers of one instrument.
+/// The random parameters of one simulated instrument.
 pub(super) struct Chain {
     pub(super) offset: f64,
-    /// Part of the highest amplitude.
+    /// As a part of the highest amplitude.
     pub(super) background: Phasor,
-    /// Turn across half the window, rad.
+    /// Phase turn across half the window, rad.
     pub(super) turn: f64,
 }
 

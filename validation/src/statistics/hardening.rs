@@ -1,10 +1,9 @@
 //! The decay of a hardening spring, which has no closed form.
 
-/// Displacement at these times of a spring `k (x + alpha x³)` with viscous and sliding loss,
-/// released at rest from `amplitude`; the frequency changes by 2 % over the decay.
+/// Displacement at these times of a spring `k (x + alpha x³)` with viscous and sliding loss, released at rest from
+/// `amplitude`; the frequency changes by 2 % over the decay.
 ///
-/// The classical Runge-Kutta method with 400 steps a second between the changes of sign of the
-/// velocity.
+/// The classical Runge-Kutta method is used with 400 steps per second between sign changes of the velocity.
 pub(super) fn hardening(omega_0: f64, delta: f64, x_f: f64, amplitude: f64, time: &[f64]) -> Vec<f64> {
     // 3/8 alpha A² = 2 %
     let alpha = 0.02 * 8.0 / 3.0 / (amplitude * amplitude);
@@ -22,7 +21,7 @@ pub(super) fn hardening(omega_0: f64, delta: f64, x_f: f64, amplitude: f64, time
     let mut out = Vec::with_capacity(time.len());
     let mut index = 0;
     while index < time.len() {
-        // The whole step, or the part of it up to the turn.
+        // The whole step, or the part of it up to the turning point.
         let (nx, nv) = step(x, v, s, h);
         let mut part = h;
         let turns = v != 0.0 && nv * s < 0.0;

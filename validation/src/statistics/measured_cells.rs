@@ -1,17 +1,17 @@
-//! Cells of a page: each is measured, and those that miss are measured again.
+//! Cells of a page: each is measured, and those that miss the requirement are measured again.
 
 use std::ops::Range;
 
-/// Times as many trials for a cell that misses.
+/// Factor by which the number of trials is raised for a cell that misses.
 const MORE: u64 = 10;
 
-/// A cell with what became of its trials.
+/// A cell with the scores of its trials.
 pub(super) trait Scored {
-    /// Whether it falls short of what the page demands.
+    /// Whether it misses the requirement of the page.
     fn misses(&self) -> bool;
 }
 
-/// The cells measured, and those that missed, measured again on other trials.
+/// The measured cells, and the cells that missed, measured again on other trials.
 pub(super) struct MeasuredCells<R> {
     pub(super) rows: Vec<R>,
     again: Vec<R>,
@@ -22,7 +22,7 @@ impl<R: Scored> MeasuredCells<R> {
         Self { rows: Vec::new(), again: Vec::new() }
     }
 
-    /// Measures a cell on so many trials, by their seeds.
+    /// Measures a cell on this many trials, identified by their seeds.
     pub(super) fn measure(&mut self, trials: u64, measured: impl Fn(Range<u64>) -> R) {
         let row = measured(0..trials);
         if row.misses() {
@@ -31,8 +31,8 @@ impl<R: Scored> MeasuredCells<R> {
         self.rows.push(row);
     }
 
-    /// The section about the cells that miss; `demand` says of the cells what they fall short of, and ends with a subject
-    /// for what was measured again.
+    /// The section about the cells that miss; `demand` states the requirement that the cells miss, and ends with the
+    /// subject of the sentence about the repeated measurement.
     pub(super) fn misses(&self, demand: &str, trials: &str, table: impl Fn(&[&R]) -> String) -> String {
         let (missing, by_chance): (Vec<&R>, Vec<&R>) = self.again.iter().partition(|row| row.misses());
         format!(

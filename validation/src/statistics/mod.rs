@@ -1,8 +1,8 @@
 //! Bias, spread and coverage on simulated measurements whose truth is known.
 //!
-//! Every experiment is simulated exactly, many times with other noise, and analysed as a measured
-//! file is: release, end and start values are found, not given. The spread is compared with the
-//! Cramér-Rao bound, the least that any unbiased estimate can have.
+//! Every experiment is simulated exactly, many times with different noise, and analysed like a measured file:
+//! release, end and start values are found, not given. The spread is compared with the Cramér-Rao bound, the smallest
+//! that an unbiased estimator can have.
 
 mod bounds;
 mod choices;

@@ -1,4 +1,4 @@
-//! What measured decays carry beside white noise.
+//! Disturbances of simulated decays in addition to or instead of white noise.
 
 use std::f64::consts::TAU;
 
@@ -10,27 +10,28 @@ use rand_distr::StandardNormal;
 pub(super) enum Nuisance {
     /// White noise alone.
     None,
-    /// Noise of autocorrelation 0.9 from sample to sample, in place of the white.
+    /// Noise with autocorrelation 0.9 from sample to sample, in place of white noise.
     Ar,
-    /// Noise of density 1/f, in place of the white.
+    /// Noise of density 1/f, in place of white noise.
     Pink,
-    /// An offset that walks at random by 5 % of the amplitude over the record.
+    /// A random walk of the offset by 5 % of the amplitude over the record.
     OffsetWalk,
-    /// A phase that walks at random by 0.3 rad over the record.
+    /// A random walk of the phase by 0.3 rad over the record.
     PhaseWalk,
-    /// 5 % of mains at 50 Hz, folded to a fraction of the frequency where it is above half the rate.
+    /// Mains hum at 50 Hz of 5 % of the amplitude, aliased to a fraction of the frequency if above half the sampling
+    /// rate.
     Hum,
-    /// A range that ends at 85 % of the amplitude.
+    /// Clipping at 85 % of the amplitude.
     Clipped,
-    /// One sample in 500 off by 20 % to twice the amplitude.
+    /// Outliers: one sample in 500 is off by 20 % to twice the amplitude.
     Spikes,
-    /// The mass held aside before its release, for half as long as it is recorded afterwards.
+    /// The mass is held deflected before its release, for half as long as it is recorded afterwards.
     Held,
-    /// Another release behind the first, from 70 % of the amplitude and recorded as long.
+    /// A second release after the first, from 70 % of the amplitude and recorded as long.
     SecondRelease,
-    /// Samples rounded to steps of a twentieth of the amplitude, recorded until the motion is far below a step.
+    /// Samples rounded to steps of a twentieth of the amplitude, recorded until the motion is far below one step.
     CoarseSteps,
-    /// A reading that bends, `x - 0.1 x³`.
+    /// A nonlinear reading, `x - 0.1 x³`.
     BentReading,
 }
 
@@ -58,11 +59,11 @@ const SPIKES: f64 = 0.002;
 const SPIKE: std::ops::Range<f64> = 0.2..2.0;
 const BEND: f64 = -0.1;
 const STEP: f64 = 0.05;
-/// Decay times for which coarse steps are recorded.
+/// Length of the records with coarse steps, in decay times.
 pub(super) const COARSE_DECAY_TIMES: f64 = 8.0;
 /// Amplitude of the second release.
 pub(super) const SECOND_RELEASE: f64 = 0.7;
-/// Time constants of the sum of relaxations that makes noise of density 1/f, in factors of 3.
+/// Number of relaxations, with time constants in factors of 3, whose sum makes noise of density 1/f.
 const RELAXATIONS: i32 = 9;
 
 impl Nuisance {
@@ -83,8 +84,8 @@ impl Nuisance {
         }
     }
 
-    /// The motion with what is recorded before and behind it, and how many samples are before it; `second` is that
-    /// of the second release.
+    /// The motion with the samples recorded before and after it, and the number of samples before it; `second` is the
+    /// motion after the second release.
     pub(super) fn surrounded(self, motion: Vec<f64>, second: impl FnOnce() -> Vec<f64>) -> (usize, Vec<f64>) {
         match self {
             Self::Held => {
@@ -101,7 +102,7 @@ impl Nuisance {
         (self == Self::PhaseWalk).then(|| walk(PHASE_WALK_RAD, count, rng))
     }
 
-    /// The motion as it is recorded, with noise of `sigma` a sample.
+    /// The motion as recorded, with noise of standard deviation `sigma` per sample.
     pub(super) fn recorded(self, time_s: &[f64], motion: &[f64], sigma: f64, rng: &mut impl Rng) -> Vec<f64> {
         let n = motion.len();
         let noise = match self {
@@ -139,7 +140,7 @@ impl Nuisance {
     }
 }
 
-/// A random walk of this standard deviation at its end.
+/// A random walk with this standard deviation at its end.
 fn walk(end: f64, count: usize, rng: &mut impl Rng) -> Vec<f64> {
     let step = end / (count as f64).sqrt();
     let mut value = 0.0;

@@ -1,5 +1,4 @@
-//! Resonance curves: exact responses with white noise, beside the paper's Lorentzian on the same
-//! curves.
+//! Resonance curves: exact responses with white noise, compared with the paper's Lorentzian on the same curves.
 
 use std::f64::consts::{FRAC_PI_4, TAU};
 use std::fmt::Write;
@@ -27,11 +26,11 @@ const POINTS: [usize; 3] = [41, 201, 801];
 const OMEGA_0: f64 = TAU;
 /// Drive amplitude.
 const X_0: f64 = 1.0;
-/// Noise of a quadrature over the highest amplitude: 50 dB.
+/// Noise of one quadrature over the highest amplitude: 50 dB.
 const NOISE: f64 = 10e-4 * 3.162_277_660_168_38;
-/// The window reaches this many widths of the line either side.
+/// Extent of the window on either side, in widths of the line.
 const WINDOW: f64 = 4.0;
-/// With some 1700 figures, many miss by chance: those cells are repeated with so many times more.
+/// Of about 1700 figures many miss by chance: those cells are repeated with this many times more trials.
 const AGAIN: u64 = 5;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -60,7 +59,7 @@ struct Cell {
     drive: Drive,
 }
 
-/// A cell with its curve, and that of the reference, before the noise.
+/// A cell with its curve and the reference curve, before noise is added.
 struct Sweep {
     cell: Cell,
     hz: Vec<f64>,
@@ -75,9 +74,9 @@ struct Sweep {
 struct Row {
     cell: Cell,
     summary: Summary,
-    /// Cramér-Rao bound of x_F over x_0: how much the curve can tell at all.
+    /// Cramér-Rao bound of x_F over x_0: how well the curve can determine x_F at best.
     relative_bound: f64,
-    /// Paper: relative bias of Q and of x_F (over x_0 where there is no friction).
+    /// Bias of the paper's method: relative bias of Q and of x_F (over x_0 if there is no friction).
     paper: Option<[f64; 2]>,
 }
 
@@ -133,7 +132,7 @@ impl Cell {
         let at = |omega: f64, delta: f64, x_f: f64| {
             fundamental(&Point { omega, omega_0: OMEGA_0, detuning: omega - OMEGA_0, delta, x_0: X_0, x_f })
         };
-        // The line is wider than its viscous part, the less so the wider the window.
+        // The line is wider than its viscous part; the relative excess decreases as the window widens.
         let half = WINDOW * delta / (1.0 - 0.75 * self.beta);
         let low = (OMEGA_0 - half).max(0.3 * OMEGA_0);
         let high = OMEGA_0 + half;
@@ -155,7 +154,7 @@ impl Cell {
         })
     }
 
-    /// Cramér-Rao bounds of delta and x_F with everything the fit leaves free.
+    /// Cramér-Rao bounds of delta and x_F with all parameters of the fit free.
     fn bound(
         &self,
         all: &[Fundamental],
@@ -163,7 +162,7 @@ impl Cell {
         sigma: f64,
         reference: f64,
     ) -> Option<[f64; 2]> {
-        // delta, x_F, omega_0, x_0, phase; of the reference delta, omega_0, phase.
+        // delta, x_F, omega_0, x_0, phase; then delta, omega_0, phase of the reference.
         let mut information = DMatrix::<f64>::zeros(8, 8);
         let mut add = |f: &Fundamental, columns: [Phasor; 8], sigma: f64| {
             let turn = if self.complex { Phasor::new(1.0, 0.0) } else { f.value.conj() / f.value.norm() };

@@ -1,4 +1,4 @@
-//! Ring-downs: exact decays with white noise and nuisances.
+//! Ring-downs: exact decays with white noise and disturbances.
 
 use std::f64::consts::{PI, SQRT_2, TAU};
 use std::fmt::Write;
@@ -24,24 +24,24 @@ const SHARE: [f64; 4] = [0.0, 0.1, 0.5, 0.9];
 const SNR_DB: [f64; 3] = [20.0, 40.0, 60.0];
 const AMPLITUDE: f64 = 1.0;
 const OMEGA_0: f64 = TAU;
-/// One cycle a second: also seconds.
+/// The frequency is one cycle per second, so this is also the time in seconds.
 const LEAD_IN_CYCLES: f64 = 20.0;
 
-/// What disturbs the record beside white noise.
+/// Disturbance of the record in addition to white noise.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Nuisance {
     None,
     /// Spring `k (x + alpha x³)`, 2 % frequency change over the decay.
     Hardening,
-    /// Offset moving by 5 % of the first amplitude.
+    /// Offset drifting by 5 % of the first amplitude.
     OffsetDrift,
-    /// Eight-bit converter over 1.2 times the first amplitude.
+    /// Eight-bit converter with a range of 1.2 times the first amplitude.
     EightBit,
     /// A tenth of the samples missing.
     MissingSamples,
-    /// [`LEAD_IN_CYCLES`] of constant amplitude first, driven.
+    /// The record begins with [`LEAD_IN_CYCLES`] cycles of driven motion of constant amplitude.
     DrivenLeadIn,
-    /// Two fifths longer than the motion: at rest at the end.
+    /// The record is 1.4 times as long as the motion and ends at rest.
     Rest,
 }
 
@@ -77,7 +77,7 @@ struct Cell {
     nuisance: Nuisance,
 }
 
-/// A cell with its record before the noise.
+/// A cell with its record before noise is added.
 struct Decay {
     cell: Cell,
     time: Vec<f64>,
@@ -131,7 +131,7 @@ impl Cell {
         }
     }
 
-    /// The noise-free record; `None` where friction holds the mass at once.
+    /// The noise-free record; `None` if friction holds the mass at once.
     fn decay(self) -> Option<Decay> {
         let delta = OMEGA_0 / (2.0 * self.q);
         // share = a0/(a0 + delta A) with a0 = 2 omega x_F/pi
@@ -155,7 +155,7 @@ impl Cell {
             q if q < 5_000.0 => 8.3,
             _ => 5.3,
         };
-        // A record of a cycle or two is sampled fast enough to hold 400 samples.
+        // A record of a cycle or two is sampled fast enough to contain 400 samples.
         let per_cycle = usual.max(400.3 / end);
         let count = (end * per_cycle) as usize;
         let mut time: Vec<f64> = (0..count).map(|i| i as f64 / per_cycle).collect();

@@ -1,31 +1,31 @@
-//! Scores of the default analysis over many simulated measurements: coverage, errors, outliers
-//! without a warning, false and missed friction, refusals.
+//! Scores of the default analysis over many simulated measurements: coverage, errors, outliers without a warning,
+//! false and missed friction, refusals.
 
 use std::fmt::Write;
 
 use slipfit::{Parameter, Quantity};
 
-/// A parameter with the value put in.
+/// A parameter with its true value.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct True {
     pub(super) parameter: Parameter,
     pub(super) value: f64,
 }
 
-/// What became of one measurement.
+/// Outcome of one measurement.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Outcome {
-    /// One per [`True`]; `None` where the analysis refused.
+    /// One per [`True`]; `None` if the analysis refused.
     pub(super) estimates: Option<Vec<Estimated>>,
     pub(super) warned: bool,
     pub(super) sliding_detected: bool,
     pub(super) drag_chosen: bool,
-    /// Sum of squares of the reported motion less that at the truth, over the variance of the noise; where the
-    /// samples were compared with the motion.
+    /// Sum of squares of the reported motion minus that at the true parameters, over the variance of the noise;
+    /// `None` if the samples were not compared with the motion.
     pub(super) above_truth: Option<f64>,
 }
 
-/// One reported value beside its truth.
+/// One reported value compared with its true value.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Estimated {
     error: f64,
@@ -35,7 +35,7 @@ pub(super) struct Estimated {
     pub(super) covered: bool,
 }
 
-/// Errors beyond this many of the answer's own standard errors are outliers.
+/// Errors beyond this many of the reported standard errors are outliers.
 const OUTLIER: f64 = 4.0;
 
 impl Estimated {
@@ -53,12 +53,12 @@ impl Estimated {
     }
 }
 
-/// Shares of the outcomes of one cell.
+/// Statistics over the outcomes of one cell.
 #[derive(Debug, Clone)]
 pub(super) struct Scores {
     /// Coverage by parameter.
     pub(super) coverage: Vec<f64>,
-    /// Answers with a parameter beyond [`OUTLIER`] standard errors and without a warning.
+    /// Share of the answers with a parameter beyond [`OUTLIER`] standard errors and without a warning.
     pub(super) unwarned_outliers: f64,
     pub(super) warned: f64,
     pub(super) sliding_detected: f64,
@@ -68,16 +68,16 @@ pub(super) struct Scores {
     pub(super) rms_error: Vec<f64>,
     /// Mean half width of the intervals by parameter.
     pub(super) half_width: Vec<f64>,
-    /// Answers whose motion was compared with the samples, and those of them that lie further from the samples than
-    /// the truth.
+    /// Number of answers whose motion was compared with the samples, and of those that fit the samples worse than the
+    /// true motion does.
     pub(super) compared: usize,
     pub(super) above_truth: usize,
     /// The largest excess, in variances of the noise.
     pub(super) worst_above_truth: f64,
 }
 
-/// A sum of squares above that of the truth by this part of the noise's variance is rounding, or the part of a
-/// standard error to within which fits are taken.
+/// A sum of squares that exceeds that of the true motion by less than this part of the noise variance is due to
+/// rounding, or to the tolerance (a part of a standard error) at which fits stop.
 const ABOVE_TRUTH: f64 = 1e-2;
 
 impl Scores {
@@ -123,8 +123,8 @@ impl Scores {
     }
 }
 
-/// Means over cells, in percent, each cell with whether friction acts in it: coverage by parameter, unwarned outliers,
-/// friction claimed and missed, drag, refusals and warnings.
+/// Means over cells, in percent; each cell comes with whether friction acts in it. Columns: coverage by parameter,
+/// unwarned outliers, friction claimed and missed, drag, refusals and warnings.
 pub(super) fn pooled(cells: &[(&Scores, bool)]) -> Vec<String> {
     let all = |share: &dyn Fn(&Scores) -> f64| mean_percent(cells.iter().map(|(scores, _)| share(scores)));
     let with = |friction: bool, share: &dyn Fn(&Scores) -> f64| {
@@ -141,7 +141,7 @@ pub(super) fn pooled(cells: &[(&Scores, bool)]) -> Vec<String> {
     text
 }
 
-/// Mean of some shares, in percent; a dash for none.
+/// Mean of shares, in percent; a dash if there are none.
 pub(super) fn mean_percent(shares: impl Iterator<Item = f64>) -> String {
     let (sum, count) = shares.fold((0.0, 0), |(sum, count), share| (sum + share, count + 1));
     if count == 0 { "–".to_owned() } else { format!("{:.1} %", 100.0 * sum / f64::from(count)) }

@@ -1,7 +1,7 @@
-//! The paper's Table 1 in closed loop.
+//! The paper's Table 1 as a closed-loop test.
 //!
-//! At the loads of the paper both experiments are simulated exactly, analysed, and
-//! compared; over many repeats the p values of their agreement must be flat.
+//! At the loads of the paper both experiments are simulated exactly, analysed and compared; over many repeats the p
+//! values of their agreement must be uniformly distributed.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -24,12 +24,12 @@ use crate::Failure;
 
 /// A quartz tuning fork as in the paper: 32.7 kHz; friction in nN, damping in µN s/m.
 const FREQUENCY_HZ: f64 = 32_700.0;
-/// N/m. Any: it only sets the unit of force.
+/// N/m. The value is arbitrary: it only sets the unit of force.
 const STIFFNESS: f64 = 10_000.0;
 const LOADS: [(&str, f64, f64); 3] = [("free", 0.0, 18.0), ("light", 15.5, 20.5), ("heavy", 16.5, 23.0)];
-/// nm; about twice what friction takes of it, so that both losses show, and the motion stops.
+/// nm; about twice the loss of amplitude to friction, so that both losses are visible and the motion stops.
 const RELEASE: f64 = 10.0;
-/// nm a sample: such that a single interval is about 1 nN.
+/// nm per sample, chosen such that the interval of a single measurement is about 1 nN.
 const NOISE: f64 = 0.75;
 
 struct Load {
@@ -51,7 +51,7 @@ fn load((label, friction_nn, damping_un): (&'static str, f64, f64)) -> Option<Lo
     let oscillator = Oscillator::kinematic(omega_0, delta, x_f).ok()?;
     let decay = FreeDecay::from_rest(&oscillator, RELEASE).ok()?;
     let end = 1.6 / delta;
-    // 5 samples a cycle, not in step with it.
+    // About 5 samples per cycle, not commensurate with it.
     let rate = 5.31 * FREQUENCY_HZ;
     let time: Vec<f64> = (0..(end * rate) as usize).map(|i| i as f64 / rate).collect();
     let mut signal = vec![0.0; time.len()];
@@ -123,7 +123,7 @@ fn repeat(loads: &[Load], seed: u64) -> Option<series::Answer> {
     series::analyse(&all, &options).ok()
 }
 
-/// Kolmogorov's statistic of a flat distribution and its p value (Stephens' correction).
+/// Kolmogorov's statistic for a uniform distribution and its p value (Stephens' correction).
 fn kolmogorov(p: &mut [f64]) -> (f64, f64) {
     p.sort_by(f64::total_cmp);
     let n = p.len() as f64;
@@ -167,13 +167,13 @@ pub(super) fn run(choices: Choices) -> Result<ExitCode, Failure> {
     Ok(if agrees && whole { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// Condition, both frictions in nN and both dampings in µN s/m, and how well they agree.
+/// Table rows: condition, both frictions in nN, both dampings in µN s/m, and the p value of their agreement.
 fn table(rows: &[ConditionRow]) -> String {
     let mut text = String::from(
         "| condition | F ring-down, nN | F resonance, nN | γ ring-down, µN s/m | γ resonance, µN s/m | p |\n\
          |---|---|---|---|---|---|\n",
     );
-    // Displacements in nm over a stiffness in N/m: nN; dampings in N s/m.
+    // Displacements in nm times a stiffness in N/m give nN; dampings in N s/m.
     let show = |cell: Option<(&slipfit::Quantity, f64)>| {
         cell.map_or(String::new(), |(q, unit)| {
             format!("{:.2} ± {:.2}", q.unbounded_value * unit, q.std_error * unit)
@@ -196,7 +196,7 @@ fn table(rows: &[ConditionRow]) -> String {
     text
 }
 
-/// Means over all repeats beside the truth, and whether the p values are flat at every load.
+/// Means over all repeats next to the true values, and whether the p values are uniform at every load.
 fn agreement(loads: &[Load], answers: &[series::Answer]) -> (String, bool) {
     let mut text = String::from(
         "| condition | F, nN | ring-down, mean | resonance, mean | γ, µN s/m | ring-down, mean | resonance, mean \

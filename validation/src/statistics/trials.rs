@@ -1,4 +1,4 @@
-//! Many simulated measurements of one oscillator, analysed, and what became of their intervals.
+//! Many simulated measurements of one oscillator, analysed, and the coverage of their intervals.
 
 use std::ops::{Range, RangeInclusive};
 
@@ -7,10 +7,10 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use slipfit::{Parameter, Quantity};
 
-/// Heads of the columns that [`Summary::columns`] fills.
+/// Headings of the columns that [`Summary::columns`] fills.
 pub(super) const COLUMNS: &str = "δ bias | δ spread | δ covered | x_F bias | x_F spread | x_F covered";
 
-/// Decay rate and friction displacement as put in, with their Cramér-Rao standard errors.
+/// True decay rate and friction displacement, with their Cramér-Rao standard errors.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Truth {
     pub(super) value: [f64; 2],
@@ -20,7 +20,7 @@ pub(super) struct Truth {
 /// One analysed measurement.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Trial {
-    /// Decay rate and friction displacement; `None` where the analysis refused.
+    /// Decay rate and friction displacement; `None` if the analysis refused.
     pub(super) estimates: Option<[Estimate; 2]>,
     pub(super) sliding_detected: bool,
     /// Q and x_F by the paper's inversion.
@@ -29,14 +29,14 @@ pub(super) struct Trial {
 
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Estimate {
-    /// Not kept above zero.
+    /// The unbounded value, which may be negative.
     value: f64,
-    /// Whether the reported 95 % interval holds the truth.
+    /// Whether the reported 95 % interval covers the true value.
     covered: bool,
 }
 
 impl Truth {
-    /// The estimates of an answer, given how to ask it for a parameter.
+    /// The estimates of an answer; `parameter` looks a parameter up in it.
     pub(super) fn estimates<'a>(
         &self,
         parameter: impl Fn(Parameter) -> Option<&'a Quantity>,
@@ -51,15 +51,15 @@ impl Truth {
     }
 }
 
-/// A measurement that can be simulated again and again with other noise.
+/// A measurement that can be simulated repeatedly with different noise.
 pub(super) trait Experiment: Sync {
-    /// Different experiments draw different noise.
+    /// Seed; different experiments have different noise.
     fn seed(&self) -> u64;
     /// Simulates one measurement and analyses it.
     fn trial(&self, rng: &mut ChaCha8Rng) -> Trial;
 }
 
-/// The trials of these seeds, on all cores.
+/// The trials with these seeds, on all cores.
 pub(super) fn trials(experiment: &impl Experiment, seeds: Range<u64>) -> Vec<Trial> {
     let one = |seed: u64| {
         let mut rng = ChaCha8Rng::seed_from_u64(seed.wrapping_mul(0x9E37_79B9) ^ experiment.seed());
@@ -68,23 +68,23 @@ pub(super) fn trials(experiment: &impl Experiment, seeds: Range<u64>) -> Vec<Tri
     seeds.into_par_iter().map(one).collect()
 }
 
-/// A seed of what tells an experiment from others.
+/// A seed from the parameters that distinguish an experiment from others.
 pub(super) fn seed(start: u64, parts: &[f64]) -> u64 {
     parts.iter().fold(start, |seed, p| (seed ^ p.to_bits()).wrapping_mul(0x0000_0100_0000_01B3))
 }
 
-/// Figures of one parameter.
+/// Statistics of one parameter.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Figures {
-    /// Over the spread.
+    /// Bias over the spread.
     bias: f64,
     /// Standard deviation over the Cramér-Rao bound.
     spread: f64,
-    /// Share of the 95 % intervals that hold the truth.
+    /// Share of the 95 % intervals that cover the true value.
     coverage: f64,
 }
 
-/// What the trials of one experiment show.
+/// Statistics of the trials of one experiment.
 #[derive(Debug, Clone)]
 pub(super) struct Summary {
     pub(super) trials: usize,
@@ -95,17 +95,17 @@ pub(super) struct Summary {
     refused: usize,
 }
 
-/// What an experiment is held to.
+/// Requirements on an experiment.
 #[derive(Debug, Clone)]
 pub(super) struct Wanted {
     pub(super) bias_and_spread: bool,
     pub(super) coverage: RangeInclusive<f64>,
-    /// There is none to be detected.
+    /// There is no sliding friction, so none may be detected.
     pub(super) no_sliding: bool,
 }
 
 impl Wanted {
-    /// White noise and nothing else.
+    /// Requirements under white noise alone.
     pub(super) fn of_white_noise(sliding: bool) -> Self {
         Self { bias_and_spread: true, coverage: 0.93..=0.97, no_sliding: !sliding }
     }
@@ -136,7 +136,7 @@ impl Summary {
         }
     }
 
-    /// Everything that is wanted and not met.
+    /// All requirements that are not met.
     pub(super) fn misses(&self, wanted: &Wanted) -> Vec<String> {
         let mut misses = Vec::new();
         for (name, figures) in ["δ", "x_F"].into_iter().zip(self.figures) {

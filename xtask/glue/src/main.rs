@@ -1,4 +1,4 @@
-//! `slipfit-glue MODULE NAME FOLDER`: what `wasm-bindgen --target web --no-typescript` does.
+//! `slipfit-glue MODULE NAME FOLDER`: does what `wasm-bindgen --target web --no-typescript` does.
 
 use std::process::ExitCode;
 use wasm_bindgen_cli_support::Bindgen;

@@ -1,8 +1,8 @@
-//! Steps that compile for users, taken beside those that compile for development.
+//! Steps that compile the release profile, run in parallel with those that compile the development profile.
 //!
-//! cargo lets one command at a time into the build folder of a profile, and the core is compiled on one processor: one
-//! step after the other leaves a second processor idle for a third of the time. The steps beside are taken by a
-//! process of their own, so that what they print stays together.
+//! cargo allows only one command at a time in the build folder of a profile, and the core is compiled on one
+//! processor: running the steps one after the other would leave a second processor idle for a third of the time. The
+//! parallel steps run in a separate process, so that their output stays together.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -13,13 +13,13 @@ use super::outcome::{Outcome, Row};
 use crate::Failure;
 use crate::places::target;
 
-/// Names the file that the rows are written to.
+/// Flag that names the file to which the rows are written.
 pub(super) const FLAG: &str = "--beside";
 
-/// The process that takes them.
+/// The process that runs these steps.
 pub(super) struct Beside {
     process: Child,
-    /// All that it and its commands print.
+    /// Output of the process and its commands.
     log: PathBuf,
     rows: PathBuf,
 }
@@ -37,7 +37,7 @@ impl Beside {
         Ok(Beside { process: again.spawn()?, log, rows })
     }
 
-    /// Waits for its end, and prints what it printed.
+    /// Waits for the process to end and prints its output.
     pub(super) fn finish(mut self) -> Result<Vec<Row>, Failure> {
         let status = self.process.wait()?;
         std::io::copy(&mut File::open(&self.log)?, &mut std::io::stderr())?;
@@ -48,13 +48,13 @@ impl Beside {
 }
 
 impl Drop for Beside {
-    /// Where a failure ends the check early; after its end there is nothing to stop.
+    /// Stops the process if a failure ends the check early; no effect after it has ended.
     fn drop(&mut self) {
         let _ = self.process.kill();
     }
 }
 
-/// The process itself: takes the steps and writes their rows.
+/// The parallel process: runs the steps and writes their rows.
 pub(super) fn run(rows: impl Iterator<Item = Row>, path: &str) -> Result<ExitCode, Failure> {
     let rows: Vec<String> = rows.map(|row| written(&row)).collect();
     std::fs::write(Path::new(path), rows.concat())?;

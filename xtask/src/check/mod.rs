@@ -1,4 +1,4 @@
-//! Everything that must hold before a change goes in.
+//! All checks that must pass before a change is accepted.
 
 mod beside;
 mod outcome;
@@ -11,8 +11,7 @@ use crate::Failure;
 use beside::Beside;
 use outcome::{Outcome, Profile, Row, Step};
 
-/// Runs every step, or those whose names hold a text, whatever became of the earlier ones, and prints a
-/// table.
+/// Runs every step, or those whose names contain a text, regardless of earlier failures, and prints a table.
 pub(crate) fn run(arguments: &[String]) -> Result<ExitCode, Failure> {
     let begun = Instant::now();
     let rows: Vec<Row> = match arguments {

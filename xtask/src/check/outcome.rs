@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use crate::Failure;
 
-/// How a step ended that did not fail; the text is the note in the table.
+/// Result of a step that did not fail; the text is the note in the table.
 pub(super) enum Outcome {
     Passed(String),
     Skipped(String),
@@ -16,12 +16,12 @@ impl Outcome {
     }
 }
 
-/// What a step compiles as.
+/// Profile with which a step compiles.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Profile {
-    /// For development, or nothing.
+    /// Development, or nothing is compiled.
     Dev,
-    /// For users.
+    /// Release.
     Release,
 }
 
@@ -42,7 +42,7 @@ impl Step {
     }
 }
 
-/// A step that was taken: a row of the table.
+/// A finished step: one row of the table.
 pub(super) struct Row {
     pub(super) name: String,
     pub(super) result: Result<Outcome, Failure>,

@@ -1,4 +1,4 @@
-//! The steps, quick ones first.
+//! The steps of the check, quick ones first.
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -26,14 +26,14 @@ pub(super) const ALL: [Step; 14] = [
     Step::release("spelling", spelling),
 ];
 
-/// Built by `cargo xtask fuzz` with libFuzzer in it, which takes a C++ compiler.
+/// Built only by `cargo xtask fuzz`, because linking libFuzzer requires a C++ compiler.
 const FUZZ: &str = "slipfit-fuzz";
 
 fn format() -> Result<Outcome, Failure> {
     let output = cargo().args(["fmt", "--all", "--check"]).output()?;
     let said = [output.stdout, output.stderr].concat();
     eprint!("{}", String::from_utf8_lossy(&said));
-    // cargo fmt reports success when rustfmt is killed, so what it said counts too.
+    // cargo fmt reports success when rustfmt is killed, so its output is checked too.
     if output.status.success() && said.is_empty() {
         Ok(Outcome::passed())
     } else {
@@ -41,7 +41,7 @@ fn format() -> Result<Outcome, Failure> {
     }
 }
 
-/// The core's dependencies, on the web and here, are Rust all the way down.
+/// All dependencies of the core, for the web and natively, are pure Rust.
 fn core_links_no_c() -> Result<Outcome, Failure> {
     for selection in [&["--target", WASM, "--no-default-features"][..], &["--all-features"]] {
         let mut tree = cargo();
@@ -61,19 +61,19 @@ fn core_links_no_c() -> Result<Outcome, Failure> {
 
 fn brings_c(package: &str) -> bool {
     const BUILDERS: [&str; 6] = ["bindgen", "cc", "cmake", "pkg-config", "system-deps", "vcpkg"];
-    // Declarations of what every system or browser has; nothing is compiled.
+    // These only declare system or browser interfaces; they compile no C code.
     const HARMLESS: [&str; 4] = ["js-sys", "linux-raw-sys", "web-sys", "windows-sys"];
     BUILDERS.contains(&package) || (package.ends_with("-sys") && !HARMLESS.contains(&package))
 }
 
-/// Code for it is generated where the page is built.
+/// Only checked here; code is generated when the page is built.
 fn core_without_default_features() -> Result<Outcome, Failure> {
     let alone = ["--package", "slipfit", "--lib", "--no-default-features"];
     run(cargo().arg("clippy").args(alone).args(["--", "-D", "warnings"]))?;
     Ok(Outcome::passed())
 }
 
-/// Each library compiles without each of its default features, the others on.
+/// Checks that each library compiles without each of its default features, with the others on.
 fn libraries_without_a_feature() -> Result<Outcome, Failure> {
     let mut builds = 0;
     for package in ["slipfit", "slipfit-io", "slipfit-report"] {
@@ -98,7 +98,7 @@ fn default_features(manifest: &str) -> Vec<&str> {
 fn clippy() -> Result<Outcome, Failure> {
     let mut clippy = cargo();
     clippy.args(["clippy", "--workspace", "--all-targets", "--all-features", "--", "-D", "warnings"]);
-    // Nothing is linked here: libFuzzer need not be built.
+    // Nothing is linked here, so libFuzzer need not be built.
     run(clippy.env("CUSTOM_LIBFUZZER_PATH", root()))?;
     Ok(Outcome::passed())
 }
@@ -111,7 +111,7 @@ fn documentation() -> Result<Outcome, Failure> {
     Ok(Outcome::passed())
 }
 
-/// The same targets for `cargo test` as for nextest; documentation tests are a step of their own.
+/// Targets for `cargo test`, the same as nextest uses; documentation tests are a separate step.
 const TARGETS: [&str; 4] = ["--lib", "--bins", "--tests", "--examples"];
 const TESTED: [&str; 4] = ["--workspace", "--exclude", FUZZ, "--all-features"];
 
@@ -124,7 +124,7 @@ fn tests() -> Result<Outcome, Failure> {
     }
     run(tests.args(TESTED).arg("--no-fail-fast"))?;
     let data = std::env::var_os("SLIPFIT_REAL_DATA").map_or_else(|| "../shared/data".into(), PathBuf::from);
-    // A relative path counts from the workspace, as it does for the tests.
+    // A relative path is taken relative to the workspace, as in the tests.
     let data = root().join(data);
     if data.is_dir() {
         return Ok(Outcome::passed());
@@ -133,7 +133,7 @@ fn tests() -> Result<Outcome, Failure> {
     Ok(Outcome::Passed(format!("{skipped} tests skipped: no real data at {place}; set SLIPFIT_REAL_DATA")))
 }
 
-/// Number of tests that are ignored where there are no measured files: all of `tests/real_*.rs`.
+/// Number of tests that are ignored when there are no measured files: all of `tests/real_*.rs`.
 fn tests_of_measured_files() -> Result<usize, Failure> {
     let mut list = cargo();
     list.args(["test", "--quiet"]).args(TESTED).args(["--test", "real_*"]);
@@ -155,10 +155,10 @@ fn documentation_tests() -> Result<Outcome, Failure> {
     Ok(Outcome::passed())
 }
 
-/// The wheel, built and installed into an environment of its own, beside the command it must agree with.
+/// Builds the wheel, installs it into a separate environment and compares it with the command.
 fn python_package() -> Result<Outcome, Failure> {
     let environment = target()?.join("venv-package");
-    // What comes over the network comes while the command is compiled.
+    // Downloads run while the command is compiled.
     let (programs, slipfit) = beside(|| python_of_the_package(&environment), slipfit);
     let slipfit = slipfit?;
     let programs = match programs {
@@ -170,7 +170,7 @@ fn python_package() -> Result<Outcome, Failure> {
     if wheels.is_dir() {
         std::fs::remove_dir_all(&wheels)?;
     }
-    // Both as users build them: the profile of the tests takes several times as long.
+    // Both are built in release mode: the test profile would take several times as long.
     let mut maturin = command(programs.join("maturin"));
     maturin.args(["build", "--quiet", "--release", "--interpreter"]).arg(&python);
     run(maturin.arg("--out").arg(&wheels).env("CARGO", cargo().get_program()))?;
@@ -180,12 +180,12 @@ fn python_package() -> Result<Outcome, Failure> {
     let mut tests = command(&python);
     tests.args(["-m", "pytest", "--quiet", "--numprocesses", "auto", "--dist", "worksteal"]);
     run(tests.env("SLIPFIT_COMMAND", slipfit))?;
-    // The types; the program of the second checker for Node comes over the network the first time.
+    // Type checks; the second checker's Node program is downloaded the first time.
     let types = || {
         run(command(&python).args(["-m", "mypy"]))?;
         run(command(programs.join("pyright")).arg("--pythonpath").arg(&python))
     };
-    // The stub of the extension against the extension.
+    // Compares the stub of the extension with the extension.
     let stub = || {
         let options = ["slipfit._core", "--mypy-config-file", "pyproject.toml"];
         run(command(&python).args(["-m", "mypy.stubtest"]).args(options))
@@ -196,7 +196,7 @@ fn python_package() -> Result<Outcome, Failure> {
     Ok(Outcome::passed())
 }
 
-/// An environment with what the package and its tests need.
+/// An environment with the requirements of the package and its tests.
 fn python_of_the_package(environment: &Path) -> Result<PathBuf, String> {
     let requirements = root().join("crates/slipfit-py/tests/requirements.txt");
     let made = python::environment(environment).and_then(|programs| {
@@ -206,7 +206,7 @@ fn python_of_the_package(environment: &Path) -> Result<PathBuf, String> {
     made.map_err(|failure| failure.to_string())
 }
 
-/// Does one thing while another is done.
+/// Runs one task while another runs.
 fn beside<A: Send, B>(one: impl FnOnce() -> A + Send, other: impl FnOnce() -> B) -> (A, B) {
     std::thread::scope(|scope| {
         let one = scope.spawn(one);
@@ -235,8 +235,8 @@ fn commands_of_the_documentation() -> Result<Outcome, Failure> {
     }
 }
 
-/// The site is built, its scripts are checked, and Chromium drives it beside the command. What cannot be had is
-/// said in the table: without the target the page is not built, and the core not for the web.
+/// Builds the site, checks its scripts, and tests it in Chromium against the command. Missing tools are reported in
+/// the table: without the target, neither the page nor the web build of the core is built.
 fn page_in_a_browser() -> Result<Outcome, Failure> {
     let toolchain = match Toolchain::find() {
         Ok(toolchain) => toolchain,
@@ -265,7 +265,7 @@ fn page_in_a_browser() -> Result<Outcome, Failure> {
         .args(["--project", "."])
         .current_dir(&folder))?;
     let Some(browser) = web::chromium() else { return skipped("there is no Chromium; CHROMIUM names one") };
-    // What the page must agree with, and what serves it.
+    // The page must agree with the command, which also serves it.
     run(slipfit_build().env("SLIPFIT_SITE", &site.folder))?;
     let mut tests = command("node");
     tests.args(["--test", "--test-concurrency=2", "tests/"]).current_dir(&folder);
@@ -278,9 +278,9 @@ fn licences_bans_sources() -> Result<Outcome, Failure> {
     Ok(Outcome::passed())
 }
 
-/// Known vulnerabilities. Their list lives on the network: without it, and
-/// without a copy fetched earlier, the step is skipped and says so. `SLIPFIT_ADVISORIES` names a copy
-/// that can be reached, a git repository by its address or folder.
+/// Checks for known vulnerabilities. The list is on the network: without network access, and without a copy fetched
+/// earlier, the step is skipped and reported as such. `SLIPFIT_ADVISORIES` names a reachable copy, a git repository
+/// given by address or folder.
 fn advisories() -> Result<Outcome, Failure> {
     let deny = CARGO_DENY.program()?;
     if let Some(copy) = std::env::var_os("SLIPFIT_ADVISORIES") {
@@ -288,7 +288,7 @@ fn advisories() -> Result<Outcome, Failure> {
     }
     let ask = |flags: &[&str]| -> Result<(bool, String), Failure> {
         let mut check = command(&deny);
-        // A prompt for a password would wait for ever.
+        // A password prompt would wait forever.
         check.args(flags).args(["check", "advisories"]).env("GIT_TERMINAL_PROMPT", "0");
         let output = check.output()?;
         let said = [output.stdout, output.stderr].concat();
@@ -307,14 +307,14 @@ fn advisories() -> Result<Outcome, Failure> {
     if passed {
         return Ok(Outcome::Passed("against the copy fetched earlier: the list is out of reach".into()));
     }
-    // A finding is a diagnostic; anything else is a copy that is missing or too old.
+    // A finding appears as a diagnostic; any other failure means that the copy is missing or too old.
     if said.contains("error[") {
         return Err("cargo-deny check advisories, against the copy fetched earlier".into());
     }
     Ok(Outcome::Skipped("vulnerabilities NOT checked: the advisory list is out of reach".into()))
 }
 
-/// Against this copy of the list.
+/// Checks against this copy of the list.
 fn advisories_of(deny: &Path, copy: &str) -> Result<Outcome, Failure> {
     let address = if Path::new(copy).is_dir() {
         format!("file://{}", std::fs::canonicalize(copy)?.display())
@@ -328,7 +328,7 @@ fn advisories_of(deny: &Path, copy: &str) -> Result<Outcome, Failure> {
     Ok(Outcome::Passed(format!("against {copy}")))
 }
 
-/// The settings with another place of the list.
+/// The settings of cargo-deny with a different location of the list.
 fn with_list(settings: &str, address: &str) -> Result<String, Failure> {
     let heading = "[advisories]\n";
     let (before, after) = settings.split_once(heading).ok_or("deny.toml has no [advisories]")?;
