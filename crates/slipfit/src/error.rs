@@ -1,9 +1,8 @@
-//! What cannot be computed, with the values a user needs to mend it.
+//! Errors: why something could not be computed, with the values a user needs to correct the input.
 
 /// Something that could not be computed.
 ///
-/// A fit that finished but disappoints is no error: it is an answer with
-/// warnings.
+/// A fit that converges but describes the data poorly is not an error: it is an answer with warnings.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -17,16 +16,16 @@ pub enum Error {
         /// The allowed range, in words or as an interval.
         range: &'static str,
     },
-    /// A time that leaves nothing of the record.
+    /// A time limit that excludes the whole record.
     #[error("{name} = {value_s} leaves no samples: the record extends from {from_s} s to {to_s} s")]
     OutsideRecord {
         /// The time, as the caller names it.
         name: &'static str,
         /// The time given (s).
         value_s: f64,
-        /// First stamp (s).
+        /// First time stamp (s).
         from_s: f64,
-        /// Last stamp (s).
+        /// Last time stamp (s).
         to_s: f64,
     },
     /// A parameter that is needed was not given.
@@ -34,18 +33,18 @@ pub enum Error {
     MissingParameter {
         /// The parameter, as the caller names it.
         name: &'static str,
-        /// What would do.
+        /// What could be given instead.
         hint: &'static str,
     },
     /// The same quantity was given twice.
     #[error("{}", conflict(first, second))]
     ConflictingParameters {
-        /// One.
+        /// The first parameter.
         first: &'static str,
-        /// The other, or two that determine it together, as `mass and stiffness`.
+        /// The second, or two that determine the same quantity together, such as `mass and stiffness`.
         second: &'static str,
     },
-    /// A method was asked for outside the conditions under which it holds.
+    /// A method was requested outside its range of validity.
     #[error("{method} is not possible here: {why}")]
     DoesNotHold {
         /// The method.
@@ -53,7 +52,7 @@ pub enum Error {
         /// The condition that fails.
         why: &'static str,
     },
-    /// Two arrays that belong together differ in length.
+    /// Two arrays that belong together have different lengths.
     #[error("{name} has {found} values where {expected} were expected")]
     Length {
         /// The array.
@@ -63,45 +62,45 @@ pub enum Error {
         /// The length it should have.
         expected: usize,
     },
-    /// The record holds too little to be analysed.
+    /// The record has too few samples to be analysed.
     #[error("{found} usable sample{}; at least {needed} are needed", if *found == 1 { "" } else { "s" })]
     TooFewSamples {
         /// Usable samples found.
         found: usize,
-        /// The least that would do.
+        /// Minimum number of samples.
         needed: usize,
     },
     /// Every sample has the same value: nothing oscillates.
     #[error("the signal is constant ({value}): nothing oscillates")]
     ConstantSignal {
-        /// The one value.
+        /// The constant value.
         value: f64,
     },
-    /// Time goes backwards at this sample, or stands still where it has to rise.
+    /// Time decreases at this sample, or stays constant where it must increase.
     #[error("{}", does_not_rise(*index, *previous, *next))]
     TimeBackwards {
-        /// Index of the first offending sample.
+        /// Index of the first invalid sample.
         index: usize,
-        /// Its predecessor's time.
+        /// Time of its predecessor.
         previous: f64,
-        /// Its time.
+        /// Time of the sample.
         next: f64,
     },
-    /// The rows of a record are not in order of time: they run from the last to the first, or are mixed.
+    /// The rows of a record are not in order of time: they are reversed or shuffled.
     #[error("time goes backwards at sample {index}: {previous} s, then {next} s, {}", out_of_order(*backward, *forward))]
     TimeOutOfOrder {
         /// Index of the first sample that is earlier than its predecessor.
         index: usize,
-        /// Its predecessor's time.
+        /// Time of its predecessor.
         previous: f64,
-        /// Its time.
+        /// Time of the sample.
         next: f64,
-        /// Steps from row to row that go back.
+        /// Number of steps from row to row in which time decreases.
         backward: usize,
-        /// Steps that go forth.
+        /// Number of steps in which time increases.
         forward: usize,
     },
-    /// A band that does not rise.
+    /// A frequency band whose limits do not increase.
     #[error(
         "band_hz = {low_hz} {high_hz} is not a rising pair of frequencies: the lower one must come first"
     )]
@@ -111,46 +110,46 @@ pub enum Error {
         /// The second (Hz).
         high_hz: f64,
     },
-    /// More runs were asked for than the record holds one after the other.
+    /// A run was requested that the record does not have.
     #[error("run = {asked}: the record has {found}")]
     NoSuchRun {
-        /// The one asked for, from 1.
+        /// Number of the run requested, from 1.
         asked: usize,
-        /// How many there are.
+        /// Number of runs in the record.
         found: usize,
     },
-    /// All stamps are equal.
+    /// All time stamps are equal.
     #[error("time stands still: every stamp is {time_s} s")]
     TimeStandsStill {
-        /// The one time.
+        /// The common time.
         time_s: f64,
     },
     /// The record shows no oscillation.
     #[error("no oscillation found: {reason}")]
     NoOscillation {
-        /// What was seen instead.
+        /// What was found instead.
         reason: &'static str,
     },
-    /// The record oscillates, but holds no stretch of free decay long enough.
+    /// The record oscillates, but has no sufficiently long stretch of free decay.
     #[error("not a ring-down: {}{reason}", too_few(*cycles, *needed))]
     NotARingDown {
         /// Cycles of free decay found.
         cycles: f64,
-        /// The least that would do.
+        /// Minimum number of cycles.
         needed: f64,
-        /// What was seen.
+        /// What was found.
         reason: &'static str,
     },
-    /// A driven record holds no steady motion long enough.
+    /// A driven record has no sufficiently long steady motion.
     #[error("no steady motion: {cycles:.1} cycles of the drive ({needed} are needed)")]
     NoSteadyMotion {
-        /// Cycles found; zero where nothing oscillates.
+        /// Cycles found; zero if nothing oscillates.
         cycles: f64,
-        /// The least that would do.
+        /// Minimum number of cycles.
         needed: f64,
     },
-    /// A mechanical constant was given for a signal it cannot calibrate: of a displacement for an
-    /// angle, or the other way round.
+    /// A mechanical constant was given for a signal that it cannot calibrate: a constant of a displacement for an
+    /// angle, or vice versa.
     #[error("the constant is for {expected}; the signal {}", in_unit(unit))]
     WrongCoordinate {
         /// What the constant is for: a displacement or an angle.
@@ -158,7 +157,7 @@ pub enum Error {
         /// The unit of the signal.
         unit: String,
     },
-    /// A force was given beside displacements in a unit that no force over a stiffness has.
+    /// A force was given, but the displacements have a unit that a force over a stiffness cannot have.
     #[error(
         "a force divided by a stiffness is a length or an angle, but the unit of the displacement, \
          `{unit}`, is neither"
@@ -167,7 +166,7 @@ pub enum Error {
         /// The unit of the displacement.
         unit: String,
     },
-    /// Two units of which one cannot be converted into the other.
+    /// Two units that cannot be converted into each other.
     #[error("`{found}` cannot be converted to `{expected}`")]
     UnitMismatch {
         /// The unit found.
@@ -175,10 +174,10 @@ pub enum Error {
         /// The unit needed.
         expected: String,
     },
-    /// The decay begins below the least amplitude asked for.
+    /// The decay already begins below the minimum amplitude requested.
     #[error("min_amplitude = {least} {unit}: the decay already begins at {initial} {unit}")]
     BelowLeastAmplitude {
-        /// The least amplitude.
+        /// The minimum amplitude.
         least: f64,
         /// The amplitude at the start.
         initial: f64,
@@ -191,7 +190,7 @@ pub enum Error {
         /// Why.
         reason: &'static str,
     },
-    /// A frequency below zero in a resonance curve.
+    /// A point of a resonance curve has a negative frequency.
     #[error("point {index} has the frequency {value} Hz, below zero (a shift needs its centre frequency)")]
     FrequencyNegative {
         /// Index of the point.
@@ -199,7 +198,7 @@ pub enum Error {
         /// Its frequency, Hz.
         value: f64,
     },
-    /// A value of one point of a curve is impossible.
+    /// A value of one point of a curve is outside its allowed range.
     #[error("point {index}: {name} = {value} is outside {range}")]
     PointOutOfRange {
         /// The column.
@@ -211,13 +210,13 @@ pub enum Error {
         /// The allowed range.
         range: &'static str,
     },
-    /// The curve holds fewer points than the model has parameters.
+    /// The curve has fewer points than the model has parameters.
     #[error(
         "{points} points for {parameters} free parameters: at least {} are needed, better more",
         parameters + 1
     )]
     TooFewPoints {
-        /// Points of the curve (twice as many numbers when complex).
+        /// Number of points of the curve (a complex point counts as two).
         points: usize,
         /// Free parameters.
         parameters: usize,
@@ -225,7 +224,7 @@ pub enum Error {
     /// The curve shows no resonance.
     #[error("no resonance found: {reason}")]
     NoResonance {
-        /// What was seen instead.
+        /// What was found instead.
         reason: &'static str,
     },
 }
@@ -238,7 +237,7 @@ fn conflict(first: &str, second: &str) -> String {
     }
 }
 
-/// What a refusal says of the cycles: nothing where they are enough.
+/// The part of the message about the number of cycles; empty if there are enough.
 fn too_few(cycles: f64, needed: f64) -> String {
     if cycles >= needed {
         return String::new();
@@ -254,7 +253,7 @@ fn does_not_rise(index: usize, previous: f64, next: f64) -> String {
     }
 }
 
-/// How many steps between rows go back, and what helps.
+/// Message about the number of backward steps between rows, and the remedy.
 pub fn out_of_order(backward: usize, forward: usize) -> String {
     if forward == 0 {
         "as in every step: the record runs from its end to its start; reverse its rows".to_owned()
@@ -270,7 +269,7 @@ fn in_unit(unit: &str) -> String {
     if unit.is_empty() { "has no unit".to_owned() } else { format!("is in {unit}") }
 }
 
-/// Reason of [`Error::NoResonance`] for points that may be a peak, or a straight line.
+/// Reason of [`Error::NoResonance`] for points that may be a peak or a straight line.
 pub(crate) const NO_MORE_THAN_A_LINE: &str = "a straight line describes the points equally well: if there \
                                               is a peak, the sweep is too narrow or too coarse to show it";
 
@@ -278,7 +277,7 @@ pub(crate) const NO_MORE_THAN_A_LINE: &str = "a straight line describes the poin
 pub(crate) const FALLS_AS_AMPLITUDES: &str =
     "the samples fall without oscillating and none is negative, as in a record of amplitudes";
 
-/// Reason of [`Error::NoFit`] for numbers that no other part of the record would mend.
+/// Reason of [`Error::NoFit`] for numbers outside the range in which a fit is possible.
 pub(crate) const BEYOND_NUMBERS: &str = "signal or duration lie outside 1e-60 to 1e60, where powers of \
                                          them exceed the range of numbers; choose another unit";
 

@@ -1,16 +1,14 @@
 //! Separates sliding (Coulomb, dry) friction from viscous damping in any oscillator.
 //!
-//! One oscillator, `m x'' + gamma x' + k x + F sgn(x') = k x_0 cos(omega t)`, one question: how much
-//! of its loss is viscous, how much is sliding friction, and how sure is that? The data may be a free
-//! decay, a resonance curve, amplitudes over drive levels, or several of these of one oscillator. Each
-//! analysis is one function that takes data and options and returns an answer with parameters,
-//! intervals, the comparison of loss models and warnings; a fit that disappoints is an answer with
-//! warnings, and an [`Error`] means that nothing could be computed.
+//! The oscillator is `m x'' + gamma x' + k x + F sgn(x') = k x_0 cos(omega t)`. The question is how much of its loss
+//! is viscous, how much is sliding friction, and how certain the separation is. The data may be a free decay, a
+//! resonance curve, amplitudes over drive levels, or several of these for one oscillator. Each analysis is one
+//! function that takes data and options and returns an answer with parameters, intervals, a comparison of loss models
+//! and warnings. A poor fit is an answer with warnings; an [`Error`] means that nothing could be computed.
 //!
-//! The model and its approximations are those of M. V. Vitorino, A. Vieira and M. S. Rodrigues,
-//! *Effect of sliding friction in harmonic oscillators*, Sci. Rep. 7 (2017),
-//! doi:10.1038/s41598-017-03999-w; [`motion`] has the exact solutions beside them, [`paper`] the
-//! paper's own statements.
+//! The model and its approximations are those of M. V. Vitorino, A. Vieira and M. S. Rodrigues, *Effect of sliding
+//! friction in harmonic oscillators*, Sci. Rep. 7 (2017), doi:10.1038/s41598-017-03999-w; [`motion`] contains the
+//! exact solutions for comparison, [`paper`] the paper's own statements.
 //!
 //! # A free decay
 //!

@@ -3,7 +3,7 @@
 use crate::Error;
 use std::f64::consts::TAU;
 
-/// What a displacement is measured along.
+/// Kind of quantity that a displacement is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Coordinate {
     /// A length; the SI unit is m.
@@ -17,14 +17,13 @@ pub enum Coordinate {
 pub struct DisplacementUnit {
     /// The unit in m or rad.
     pub si: f64,
-    /// Whether it is one of lengths or of angles.
+    /// Whether it is a unit of lengths or of angles.
     pub coordinate: Coordinate,
 }
 
 impl DisplacementUnit {
-    /// The unit of this name; `None` for what is neither a length nor an angle.
-    /// Names of angles count in any case, as `Deg`, and so do words for lengths, as `Inches`; `Grad` is German for
-    /// degrees.
+    /// The unit with this name; `None` if it is neither a length nor an angle. Names of angles (such as `Deg`) and
+    /// words for lengths (such as `Inches`) are case-insensitive; `Grad` is German for degrees.
     ///
     /// ```
     /// use slipfit::model::displacement::{Coordinate, DisplacementUnit};
@@ -42,9 +41,9 @@ impl DisplacementUnit {
         length(unit).map(|si| Self { si, coordinate: Length })
     }
 
-    /// What the numbers of a drive are in the unit of the response, where both are lengths or both are angles; `None`
-    /// where nothing says so. Equal units of anything else say nothing: a voltage that drives and one that a sensor
-    /// gives are not one quantity.
+    /// Factor that converts the numbers of a drive into the unit of the response, if both are lengths or both are
+    /// angles; otherwise `None`. Equal units of other kinds give no factor: a drive voltage and a sensor voltage are
+    /// not the same quantity.
     ///
     /// ```
     /// use slipfit::model::displacement::DisplacementUnit;
@@ -53,7 +52,7 @@ impl DisplacementUnit {
     /// ```
     #[must_use]
     pub fn gain(drive: &str, response: &str) -> Option<f64> {
-        /// Lengths in files that have no SI unit; of one unit they are one quantity.
+        /// Units of length in files that have no SI equivalent; they can be compared only with themselves.
         const OTHERS: [&str; 3] = ["px", "pixel", "pixels"];
         let (drive, response) = (drive.trim(), response.trim());
         let is_other = OTHERS.iter().any(|other| other.eq_ignore_ascii_case(drive));
@@ -64,7 +63,7 @@ impl DisplacementUnit {
         if is_other { Some(1.0) } else { Self::factor(drive, response).ok() }
     }
 
-    /// The unit of this name, in which a force over a stiffness can be given.
+    /// The unit with this name, in which a force over a stiffness can be given.
     ///
     /// # Errors
     /// [`Error::NeitherLengthNorAngle`] for any other.
@@ -81,23 +80,23 @@ impl DisplacementUnit {
         Self::named(unit).ok_or_else(|| Error::NeitherLengthNorAngle { unit: unit.to_owned() })
     }
 
-    /// The displacement `F/k` in this unit, of a force in N over a stiffness in N/m; of an angle a torque in N m over a
-    /// torsion stiffness in N m/rad.
+    /// The displacement `F/k` in this unit for a force in N and a stiffness in N/m; for an angle, a torque in N m and
+    /// a torsion stiffness in N m/rad.
     #[must_use]
     pub fn under_force(self, force: f64, stiffness: f64) -> f64 {
         force / stiffness / self.si
     }
 
-    /// The force `k x` at a displacement in this unit, in N; of an angle the torque in N m.
+    /// The force `k x` at a displacement in this unit, in N; for an angle the torque in N m.
     #[must_use]
     pub fn force(self, displacement: f64, stiffness: f64) -> f64 {
         stiffness * displacement * self.si
     }
 
-    /// The factor that turns numbers in the unit `from` into numbers in the unit `to`.
+    /// Factor that converts numbers in the unit `from` into numbers in the unit `to`.
     ///
     /// # Errors
-    /// [`Error::UnitMismatch`] where they are neither equal nor of one coordinate.
+    /// [`Error::UnitMismatch`] if they are neither equal nor of the same coordinate.
     pub fn factor(from: &str, to: &str) -> Result<f64, Error> {
         if from == to {
             return Ok(1.0);
@@ -109,21 +108,21 @@ impl DisplacementUnit {
     }
 }
 
-/// Units of mechanical constants and forces, as those of an answer and of a simulated record.
+/// Units of mechanical constants and forces, as used in answers and simulated records.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct MechanicalUnits {
-    /// Of the mass, or of the moment of inertia.
+    /// Unit of the mass, or of the moment of inertia.
     pub mass: &'static str,
-    /// Of the stiffness.
+    /// Unit of the stiffness.
     pub stiffness: &'static str,
-    /// Of the viscous coefficient.
+    /// Unit of the viscous coefficient.
     pub viscous_coefficient: &'static str,
-    /// Of forces, or of torques.
+    /// Unit of forces, or of torques.
     pub force: &'static str,
 }
 
-/// The angle of this name in rad. Prefixes keep their case: `MRad` is not `mrad`.
+/// The angle with this name in rad. Prefixes are case-sensitive: `MRad` is not `mrad`.
 fn angle(unit: &str) -> Option<f64> {
     let radians = |name: &str| name.eq_ignore_ascii_case("rad");
     let prefixes = [("m", 1e-3), ("u", 1e-6), ("µ", 1e-6), ("μ", 1e-6), ("n", 1e-9)];
@@ -137,7 +136,7 @@ fn angle(unit: &str) -> Option<f64> {
     })
 }
 
-/// Words for units, in any case, by their symbols.
+/// Case-insensitive words for units, by symbol.
 const WORDS: &[(&str, &[&str])] = &[
     ("m", &["meter", "metre", "meters", "metres"]),
     ("dm", &["decimeter", "decimetre", "decimeters", "decimetres"]),
@@ -160,7 +159,7 @@ fn symbol(unit: &str) -> &str {
     of_word.map_or(unit, |(symbol, _)| symbol)
 }
 
-/// The length of this name in m.
+/// The length with this name in m.
 fn length(unit: &str) -> Option<f64> {
     Some(match symbol(unit) {
         "m" => 1.0,
@@ -179,8 +178,9 @@ fn length(unit: &str) -> Option<f64> {
     })
 }
 
-/// What a unit is a time derivative of, and of which order: `m` and 2 of `m/s^2`, `m s⁻²`, `ms⁻²`, `m·s**-2`,
-/// `metre / second ** 2` and `m/s/s`; `deg` and 1 of `deg/sec` and `dps`. `None` of anything else.
+/// The unit whose time derivative this unit is, and the order of the derivative: `m` and 2 for `m/s^2`, `m s⁻²`,
+/// `ms⁻²`, `m·s**-2`, `metre / second ** 2` and `m/s/s`; `deg` and 1 for `deg/sec` and `dps`. `None` for anything
+/// else.
 ///
 /// ```
 /// use slipfit::model::displacement::derivative;
@@ -194,7 +194,7 @@ pub fn derivative(unit: &str) -> Option<(String, u8)> {
         return Some(("deg".to_owned(), 1));
     }
     let mut factors = factors(unit)?;
-    // `ms⁻²` is no square of milliseconds.
+    // `ms⁻²` is not milliseconds to the power -2.
     if let [(name, power @ -2..=-1)] = &factors[..]
         && let Some(base) = name.strip_suffix('s').filter(|base| DisplacementUnit::named(base).is_some())
     {
@@ -213,7 +213,7 @@ pub fn derivative(unit: &str) -> Option<(String, u8)> {
     Some((symbol(base).to_owned(), order))
 }
 
-/// A unit with powers as `^-2`, products as blanks and quotients as `/`.
+/// The unit with powers written as `^-2`, products as blanks and quotients as `/`.
 fn plain_marks(unit: &str) -> String {
     let mut plain = String::with_capacity(unit.len());
     let mut raised = false;
@@ -240,8 +240,8 @@ fn plain_marks(unit: &str) -> String {
     plain
 }
 
-/// The factors of a unit and their powers, however products, quotients and powers are marked; `None` of what is no
-/// product of names.
+/// The factors of a unit and their powers, whatever notation is used for products, quotients and powers; `None` if it
+/// is not a product of names.
 ///
 /// ```
 /// use slipfit::model::displacement::factors;
@@ -285,7 +285,7 @@ fn factors_of(unit: &str) -> Option<Vec<(String, i32)>> {
         (rest, sign) = match next.strip_prefix('/') {
             Some(after) if !after.trim_start().is_empty() => (after.trim_start(), -1),
             Some(_) => return None,
-            // Without a mark between them two names are one.
+            // Two names must be separated by a product or quotient sign.
             None if next.len() == rest.len() && !next.is_empty() => return None,
             None => (next, 1),
         };
@@ -293,7 +293,7 @@ fn factors_of(unit: &str) -> Option<Vec<(String, i32)>> {
     (found.len() <= 4).then_some(found)
 }
 
-/// The power in front of what follows a name, 1 without one: `^-2`, ` ^ 2`, `-2`, `2`.
+/// The power at the start of the text after a name, 1 if there is none: `^-2`, ` ^ 2`, `-2`, `2`.
 fn power(text: &str) -> Option<(i32, &str)> {
     let spaced = text.trim_start();
     let (marked, digits) = match spaced.strip_prefix('^') {
@@ -317,22 +317,22 @@ fn power(text: &str) -> Option<(i32, &str)> {
     Some((sign * value, if bracketed { after.strip_prefix(')')? } else { after }))
 }
 
-/// The unit of which `unit` may be a rate or an acceleration: `deg` of `deg/s`.
+/// The unit whose rate or acceleration `unit` may be: `deg` for `deg/s`.
 pub(crate) fn before_time(unit: &str) -> String {
     let before = || unit.split(['/', ' ', '·']).next().unwrap_or("").to_owned();
     derivative(unit).map_or_else(before, |(base, _)| base)
 }
 
 impl Coordinate {
-    /// Whether a mechanical constant of this coordinate can turn displacements in `unit`, or their
-    /// rates and accelerations, into forces: a stiffness in N/m says nothing about an angle, nor a
-    /// torsion stiffness about a length.
+    /// Checks whether a mechanical constant of this coordinate can convert displacements in `unit`, or their rates
+    /// and accelerations, into forces: a stiffness in N/m does not apply to an angle, nor a torsion stiffness to a
+    /// length.
     ///
-    /// A constant of angles needs a unit known as one. That of lengths takes unknown units too, for
-    /// forces in N/m times them, but no capacitance, which has no force.
+    /// A constant for angles requires a known angular unit. A constant for lengths also accepts unknown units, which
+    /// gives forces in N/m times that unit, but not capacitances, which have no force.
     ///
     /// # Errors
-    /// [`Error::WrongCoordinate`] where the unit does not fit.
+    /// [`Error::WrongCoordinate`] if the unit does not fit.
     pub fn check_unit(self, unit: &str) -> Result<(), Error> {
         let base = before_time(unit.trim());
         let fits = match (self, DisplacementUnit::named(&base)) {
@@ -347,7 +347,7 @@ impl Coordinate {
         }
     }
 
-    /// Units of the constants that belong to it.
+    /// Units of the mechanical constants for this coordinate.
     #[must_use]
     pub const fn mechanical_units(self) -> MechanicalUnits {
         match self {

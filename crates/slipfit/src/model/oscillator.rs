@@ -1,26 +1,25 @@
-//! The oscillator and its friction: parameters, units, derived groups.
+//! The oscillator and its friction: parameters, units, derived quantities.
 //!
 //! ```text
 //! m x'' + gamma x' + k x + F sgn(x') = k u(t)
 //! ```
 //!
-//! Motion depends on mass only through `omega_0`, `delta` and the friction
-//! displacement `x_F = F/k`; these are what is stored. The mass is kept where
-//! it is known, so that forces and energies can be given in newtons and joules.
+//! Motion depends on mass only through `omega_0`, `delta` and the friction displacement `x_F = F/k`; these are
+//! stored. The mass is kept if it is known, so that forces and energies can be given in newtons and joules.
 
 use crate::error::Error;
 use crate::model::displacement::DisplacementUnit;
 use std::f64::consts::PI;
 
-/// A linear oscillator with viscous and sliding friction, underdamped.
+/// A linear, underdamped oscillator with viscous and sliding friction.
 ///
-/// Built physically, from mass, stiffness and forces, or kinematically, from
-/// what a record of displacement alone can tell: see [`Oscillator::builder`].
+/// It is built physically, from mass, stiffness and forces, or kinematically, from the quantities that a displacement
+/// record alone can determine: see [`Oscillator::builder`].
 ///
-/// Displacements carry any one unit, m (or rad) unless
-/// [`displacement_unit`](OscillatorBuilder::displacement_unit) names another; forces
-/// are in N, stiffnesses in N/m (of an angle N m and N m/rad) in any case, and are
-/// known of lengths and angles only. Units of time are seconds throughout.
+/// All displacements have the same unit, m (or rad) unless
+/// [`displacement_unit`](OscillatorBuilder::displacement_unit) names another. Forces are always in N, stiffnesses in
+/// N/m (for an angle N m and N m/rad), and are available for lengths and angles only. Times are in seconds
+/// throughout.
 ///
 /// ```
 /// # use slipfit::Oscillator;
@@ -42,17 +41,17 @@ pub struct Oscillator {
     friction: f64,
     static_friction: f64,
     mass: Option<f64>,
-    /// Unit of the displacements; `None` where it is neither a length nor an angle.
+    /// Unit of the displacements; `None` if it is neither a length nor an angle.
     unit: Option<DisplacementUnit>,
 }
 
 impl Oscillator {
-    /// Starts from nothing; give a frequency and whatever friction there is.
+    /// An empty builder; set a frequency and the friction parameters.
     pub fn builder() -> OscillatorBuilder {
         OscillatorBuilder::default()
     }
 
-    /// From `m`, `gamma`, `k` and `F`, static friction equal to kinetic.
+    /// Oscillator from `m`, `gamma`, `k` and `F`, with static friction equal to kinetic friction.
     ///
     /// # Errors
     /// As [`OscillatorBuilder::build`].
@@ -70,7 +69,7 @@ impl Oscillator {
             .build()
     }
 
-    /// From `omega_0` (rad/s), `delta` (1/s) and `x_F`, static friction equal to kinetic.
+    /// Oscillator from `omega_0` (rad/s), `delta` (1/s) and `x_F`, with static friction equal to kinetic friction.
     ///
     /// # Errors
     /// As [`OscillatorBuilder::build`].
@@ -113,7 +112,7 @@ impl Oscillator {
         self.omega_0 / (2.0 * self.decay_rate)
     }
 
-    /// Half period of the free motion, `pi / omega_d`, s: friction does not change it.
+    /// Half period of the free motion, `pi / omega_d`, s; friction does not change it.
     pub fn half_period_s(&self) -> f64 {
         PI / self.omega_d
     }
@@ -123,8 +122,8 @@ impl Oscillator {
         PI * self.decay_rate / self.omega_d
     }
 
-    /// Friction displacement `x_F = F/k`: half width of the zone in which
-    /// kinetic friction could hold the spring.
+    /// Friction displacement `x_F = F/k`: half width of the zone in which kinetic friction could balance the spring
+    /// force.
     pub fn friction_displacement(&self) -> f64 {
         self.friction
     }
@@ -134,59 +133,58 @@ impl Oscillator {
         self.static_friction
     }
 
-    /// Mass (or moment of inertia), where known.
+    /// Mass (or moment of inertia), if known.
     pub fn mass(&self) -> Option<f64> {
         self.mass
     }
 
-    /// Stiffness `k = m omega_0²`, where the mass is known.
+    /// Stiffness `k = m omega_0²`, if the mass is known.
     pub fn stiffness(&self) -> Option<f64> {
         self.mass.map(|m| m * self.omega_0 * self.omega_0)
     }
 
-    /// Viscous coefficient `gamma = 2 m delta`, where the mass is known.
+    /// Viscous coefficient `gamma = 2 m delta`, if the mass is known.
     pub fn viscous_coefficient(&self) -> Option<f64> {
         self.mass.map(|m| 2.0 * m * self.decay_rate)
     }
 
-    /// Unit of the displacements; `None` where it is neither a length nor an angle, and forces cannot be told.
+    /// Unit of the displacements; `None` if it is neither a length nor an angle, so that forces cannot be given.
     pub fn displacement_unit(&self) -> Option<DisplacementUnit> {
         self.unit
     }
 
-    /// Force `k x` of the spring at a displacement, N (of an angle N m), where the mass is known.
+    /// Spring force `k x` at a displacement, N (for an angle N m), if the mass is known.
     pub fn force_at(&self, displacement: f64) -> Option<f64> {
         Some(self.unit?.force(displacement, self.stiffness()?))
     }
 
-    /// Displacement `P/k` under a force in N (of an angle N m), where the mass is known: what a drive by a force is as
-    /// one of the base.
+    /// Displacement `P/k` under a force in N (for an angle N m), if the mass is known: converts a force drive into
+    /// the equivalent base drive.
     pub fn displacement_under(&self, force: f64) -> Option<f64> {
         Some(self.unit?.under_force(force, self.stiffness()?))
     }
 
-    /// Kinetic friction force `F = k x_F`, where the mass is known.
+    /// Kinetic friction force `F = k x_F`, if the mass is known.
     pub fn coulomb_force(&self) -> Option<f64> {
         self.force_at(self.friction)
     }
 
-    /// Static friction force `F_s`, where the mass is known.
+    /// Static friction force `F_s`, if the mass is known.
     pub fn static_force(&self) -> Option<f64> {
         self.force_at(self.static_friction)
     }
 
-    /// Friction ratio of a drive at the base, `beta = 4 F / (pi k x_0)`.
+    /// Friction ratio for a base drive, `beta = 4 F / (pi k x_0)`.
     ///
-    /// At resonance the steady amplitude is `Q x_0 (1 - beta)`, eq. (9) of
-    /// Vitorino, Vieira and Rodrigues; from `beta = 1` on there is none in
-    /// that approximation. A force drive of amplitude `P` is `x_0 = P/k`
-    /// ([`Oscillator::displacement_under`]).
+    /// At resonance the steady amplitude is `Q x_0 (1 - beta)`, eq. (9) of Vitorino, Vieira and Rodrigues; for `beta
+    /// >= 1` there is no steady motion in that approximation. A force drive of amplitude `P` corresponds to `x_0 =
+    /// P/k` ([`Oscillator::displacement_under`]).
     pub fn friction_ratio(&self, drive_amplitude: f64) -> f64 {
         4.0 * self.friction / (PI * drive_amplitude)
     }
 
-    /// The friction displacement that gives a friction ratio at a drive amplitude,
-    /// `x_F = pi beta x_0/4`: [`Oscillator::friction_ratio`] solved.
+    /// The friction displacement for a friction ratio at a drive amplitude, `x_F = pi beta x_0/4`: the inverse of
+    /// [`Oscillator::friction_ratio`].
     pub fn friction_displacement_for(friction_ratio: f64, drive_amplitude: f64) -> f64 {
         PI * friction_ratio * drive_amplitude / 4.0
     }
@@ -214,13 +212,12 @@ impl Oscillator {
     }
 }
 
-/// Parameters of an [`Oscillator`], in any of the forms they come in.
+/// Parameters of an [`Oscillator`], in several equivalent forms.
 ///
-/// One frequency: `omega_0`, `frequency_hz`, or two of mass, stiffness and frequency.
-/// At most one viscous loss: `q_factor`, `decay_rate_per_s`, `zeta` or
-/// `viscous_coefficient` (needs mass or stiffness). At most one kinetic
-/// friction: `friction_displacement` or `coulomb_force` (needs mass or
-/// stiffness). Static friction is the kinetic one unless given.
+/// One frequency is required: `omega_0`, `frequency_hz`, or two of mass, stiffness and frequency. At most one viscous
+/// loss may be given: `q_factor`, `decay_rate_per_s`, `zeta` or `viscous_coefficient` (needs mass or stiffness). At
+/// most one kinetic friction may be given: `friction_displacement` or `coulomb_force` (needs mass or stiffness).
+/// Static friction equals kinetic friction unless given.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct OscillatorBuilder {
     mass: Option<f64>,
@@ -275,8 +272,8 @@ impl OscillatorBuilder {
         static_displacement,
     }
 
-    /// Unit of all displacements, of lengths or angles: forces are turned into it. Any other unit, as V, is for
-    /// displacements alone. m (or rad) unless given.
+    /// Unit of all displacements, a length or an angle; forces are converted into it. With any other unit, such as V,
+    /// only displacements can be given. The default is m (or rad).
     ///
     /// ```
     /// # use slipfit::Oscillator;
@@ -298,11 +295,10 @@ impl OscillatorBuilder {
     /// Checks every parameter and derives the rest.
     ///
     /// # Errors
-    /// [`Error::NeitherLengthNorAngle`] for a force beside displacements in a unit that is neither;
-    /// [`Error::Parameter`] for a value out of range or not finite (named, with
-    /// the range allowed); [`Error::MissingParameter`] where something needed
-    /// was not given; [`Error::ConflictingParameters`] where the same quantity
-    /// was given twice.
+    /// [`Error::NeitherLengthNorAngle`] for a force if the unit of the displacements is neither a length nor an
+    /// angle; [`Error::Parameter`] for a value out of range or not finite (named, with the allowed range);
+    /// [`Error::MissingParameter`] if a required value was not given; [`Error::ConflictingParameters`] if the same
+    /// quantity was given twice.
     pub fn build(self) -> Result<Oscillator, Error> {
         one_of(&[("omega_0", self.omega_0), ("frequency_hz", self.frequency_hz)])?;
         one_of(&[
@@ -537,7 +533,7 @@ mod tests {
         ));
     }
 
-    /// 15 nN over 10 kN/m are 1.5e-12 m; they were 1.5e-12 nm as well.
+    /// 15 nN over 10 kN/m are 1.5e-12 m; earlier versions also gave 1.5e-12 for nm.
     #[test]
     fn forces_are_turned_into_the_unit_of_the_displacement() {
         let of = |unit: &str| {
@@ -556,7 +552,7 @@ mod tests {
             let o = of(unit).unwrap();
             assert!((o.friction_displacement() / x_f - 1.0).abs() < 1e-14, "{unit}: {o:?}");
             assert!((o.static_displacement() / x_f - 4.0 / 3.0).abs() < 1e-14, "{unit}: {o:?}");
-            // And back: header and answer say the force that was given.
+            // Converting back gives the force that was put in, as headers and answers print it.
             assert!((o.coulomb_force().unwrap() / 15e-9 - 1.0).abs() < 1e-14, "{unit}");
             assert!((o.static_force().unwrap() / 20e-9 - 1.0).abs() < 1e-14, "{unit}");
             assert!((o.displacement_under(15e-9).unwrap() / x_f - 1.0).abs() < 1e-14, "{unit}");

@@ -1,25 +1,25 @@
 //! Units of parameters.
 
-/// How the unit of a parameter follows from the signal's.
+/// How the unit of a parameter follows from the unit of the signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub(crate) enum UnitRule {
-    /// The same for every signal; empty for pure numbers.
+    /// The same unit for every signal; empty for pure numbers.
     Fixed(&'static str),
-    /// The signal's own.
+    /// The unit of the signal.
     Signal,
-    /// The signal's per second.
+    /// The unit of the signal per second.
     SignalPerSecond,
-    /// Of `c` in `dA/dt = -c A^n`, `n` above one: one over a second and the signal's to the power `n - 1`.
+    /// Unit of `c` in `dA/dt = -c A^n`, `n` above one: 1/s over the unit of the signal to the power `n - 1`.
     LossRate(u32),
-    /// Hertz over the squared signal's.
+    /// Hertz over the squared unit of the signal.
     HertzPerSignalSquared,
-    /// Set by the analysis: forces and ratios of two units.
+    /// Set by the analysis: forces, and ratios of two units.
     Derived,
 }
 
 impl UnitRule {
-    /// The unit beside a signal of the given unit; empty where the analysis sets it.
+    /// The unit for a signal of the given unit; empty if the analysis sets it.
     pub(crate) fn unit(self, signal: &str) -> String {
         match (self, signal) {
             (UnitRule::Fixed(unit), _) => unit.to_owned(),

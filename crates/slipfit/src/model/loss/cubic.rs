@@ -1,13 +1,13 @@
-//! Nonlinear damping, by the cube of the amplitude.
+//! Nonlinear damping, proportional to the cube of the amplitude.
 
 use super::kind::Loss;
 use crate::model::unit::UnitRule;
 
-/// Nonlinear damping `m eta x² x'` (van der Pol's, of the sign that damps): `dA/dt = -a3 A³` with
-/// `a3 = eta/8`. Measured in resonators of MEMS, nanotubes and graphene.
+/// Nonlinear damping `m eta x² x'` (van der Pol's term, with damping sign): `dA/dt = -a3 A³` with `a3 = eta/8`. It
+/// has been measured in MEMS, nanotube and graphene resonators.
 ///
-/// A force `c x'³` gives the same law with `a3 = 3 c omega²/(8 m)`; one free decay does not tell them
-/// apart. Averaged over a cycle: `<x² x'²> = omega² A⁴/8`.
+/// A force `c x'³` gives the same law with `a3 = 3 c omega²/(8 m)`; one free decay cannot distinguish them. Averaged
+/// over a cycle: `<x² x'²> = omega² A⁴/8`.
 ///
 /// Sources: R. Lifshitz and M. C. Cross (2008), Reviews of Nonlinear Dynamics and Complexity 1, 1;
 /// A. Eichler et al. (2011), Nature Nanotechnology 6, 339.

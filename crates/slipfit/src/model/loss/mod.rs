@@ -1,8 +1,8 @@
 //! The kinds of loss an oscillator may have, and the models that combine them.
 //!
-//! Each kind is one file with one type that implements `kind::Loss`; [`LossTerm`] is their list. A new
-//! kind needs its file and its line in the list below: model comparison, reports, JSON and tables
-//! follow from there. `docs/extending.md` shows it step by step.
+//! Each kind is one file with one type that implements `kind::Loss`; [`LossTerm`] is their list. A new kind needs a
+//! file and a line in the list below: model comparison, reports, JSON and tables then include it. `docs/extending.md`
+//! shows it step by step.
 
 mod cubic;
 mod drag;
@@ -28,7 +28,7 @@ use crate::model::unit::UnitRule;
 
 macro_rules! loss_terms {
     ($($term:ident: $docs:literal),+ $(,)?) => {
-        /// The kinds of loss slipfit knows, in the order in which a model names them.
+        /// The kinds of loss known to slipfit, in the order in which a model names them.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
         #[non_exhaustive]
         pub enum LossTerm {
@@ -59,7 +59,7 @@ macro_rules! loss_terms {
                 match self { $(LossTerm::$term => <$term as Loss>::SYMBOL),+ }
             }
 
-            /// The loss in a sentence.
+            /// Name of the loss in running text.
             pub const fn words(self) -> &'static str {
                 match self { $(LossTerm::$term => <$term as Loss>::WORDS),+ }
             }
@@ -89,17 +89,17 @@ macro_rules! loss_terms {
                 match self { $(LossTerm::$term => <$term as Loss>::UNIT),+ }
             }
 
-            /// The parameter of its shape.
+            /// The parameter of its shape; `None` if the shape is fixed.
             pub(crate) const fn shape_parameter(self) -> Option<ShapeParameter> {
                 match self { $(LossTerm::$term => <$term as Loss>::SHAPE),+ }
             }
 
-            /// Shape over the initial amplitude, given the parameter of the shape; its derivatives.
+            /// Shape relative to the initial amplitude, given the shape parameter, and its derivatives.
             pub(crate) fn relative(self, u: f64, Shape { parameter, at_start }: Shape) -> [f64; 3] {
                 match self { $(LossTerm::$term => $term::relative(u, parameter, at_start)),+ }
             }
 
-            /// The first of these alone, the rate of an integration.
+            /// The value only, which is the rate that is integrated.
             #[inline]
             pub(crate) fn relative_value(self, u: f64, Shape { parameter, at_start }: Shape) -> f64 {
                 match self { $(LossTerm::$term => $term::relative_value(u, parameter, at_start)),+ }
@@ -124,18 +124,18 @@ macro_rules! loss_terms {
     };
 }
 
-/// The shape of a loss that has a parameter, zero where there is no such term.
+/// The shape of a loss that has a shape parameter; zero if the term is absent.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Shape {
     pub(crate) parameter: f64,
-    /// What it takes from the initial amplitude: [`Loss::at_start`].
+    /// The part that depends on the initial amplitude: [`Loss::at_start`].
     at_start: [f64; 2],
 }
 
-/// Number of loss terms behind viscous, sliding and drag loss in [`LossTerm::ALL`].
+/// Number of loss terms after viscous, sliding and drag loss in [`LossTerm::ALL`].
 pub(crate) const FURTHER: usize = LossTerm::ALL.len() - 3;
 
-/// Number of loss terms with a parameter of their shape; they are the last of the list.
+/// Number of loss terms with a shape parameter; they are the last of the list.
 pub(crate) const SHAPED: usize = {
     let (mut count, mut i) = (0, 0);
     while i < LossTerm::ALL.len() {
@@ -148,28 +148,28 @@ pub(crate) const SHAPED: usize = {
 };
 
 impl LossTerm {
-    /// Whether its shape has a parameter that is fitted. Such a loss is fitted to free decays alone.
+    /// Whether its shape has a parameter that is fitted. Such a loss is fitted to free decays only.
     pub const fn is_shaped(self) -> bool {
         self.shape_parameter().is_some()
     }
 
-    /// The loss terms whose shape has a parameter.
+    /// The loss terms with a shape parameter.
     pub(crate) fn shaped() -> &'static [LossTerm] {
         &Self::ALL[Self::ALL.len() - SHAPED..]
     }
 
-    /// The loss terms behind viscous, sliding and drag loss: no fit needs to know which they are.
+    /// The loss terms after viscous, sliding and drag loss; fits treat them all alike.
     pub(crate) fn further() -> &'static [LossTerm] {
         &Self::ALL[Self::ALL.len() - FURTHER..]
     }
 
-    /// The terms that an analysis compares, given the model asked for.
+    /// The terms that an analysis compares, given the requested model.
     pub(crate) fn compared(asked: Option<LossModel>) -> impl Iterator<Item = LossTerm> {
         let wanted = move |t: &LossTerm| t.is_compared() || asked.is_some_and(|m| m.has(*t));
         Self::ALL.iter().copied().filter(wanted)
     }
 
-    /// The further terms of the model asked for.
+    /// The further terms of the requested model.
     pub(crate) fn further_of(asked: Option<LossModel>) -> impl Iterator<Item = LossTerm> {
         Self::further().iter().copied().filter(move |t| asked.is_some_and(|m| m.has(*t)))
     }
@@ -190,8 +190,8 @@ mod tests {
     use super::*;
     use std::f64::consts::TAU;
 
-    /// [`Loss::BACKBONE`] of a force, from the energy it takes in a cycle of `x = A cos p + alpha A³/32
-    /// cos 3p`, the motion under `x + alpha x³` to first order, over dE/dA.
+    /// [`Loss::BACKBONE`] of a force, from the energy it dissipates per cycle of `x = A cos p + alpha A³/32 cos 3p`,
+    /// the motion under `x + alpha x³` to first order, over dE/dA.
     pub(super) fn backbone_of(force: impl Fn(f64, f64) -> f64) -> f64 {
         // Loss of amplitude at A = 1; E = A²/2 (1 + 9/16 alpha A²).
         let rate = |alpha: f64| {

@@ -4,11 +4,11 @@ use super::LossTerm;
 use std::fmt;
 use std::sync::LazyLock;
 
-/// Which loss terms act on the oscillator.
+/// The set of loss terms that act on the oscillator.
 ///
-/// The amplitude obeys `dA/dt = -(a0 + a1 A + a2 A² + ...)`: sliding friction gives the constant
-/// term (eqs. (15)-(18) of Vitorino, Vieira and Rodrigues), viscous damping the linear one,
-/// quadratic drag the next, further [terms](LossTerm) theirs.
+/// The amplitude obeys `dA/dt = -(a0 + a1 A + a2 A² + ...)`: sliding friction gives the constant term (eqs. (15)-(18)
+/// of Vitorino, Vieira and Rodrigues), viscous damping the linear term, quadratic drag the quadratic term; further
+/// [terms](LossTerm) add their own.
 ///
 /// ```
 /// use slipfit::{LossModel, LossTerm};
@@ -62,16 +62,17 @@ impl LossModel {
         (1..=most).flat_map(sets).map(|terms| LossModel { terms })
     }
 
-    /// What [`Self::all`] is in the order of.
+    /// Sort key for the order of [`Self::all`].
     pub(crate) fn place(self) -> (u32, u16) {
         (self.terms.count_ones(), self.terms)
     }
 
-    /// The models that an analysis compares, simpler ones first: those of the terms that are
-    /// always compared, and of those in the model asked for. Drag beside a term whose shape is fitted, which
-    /// may take its place, is compared where both were asked for. Two further terms and more have so many models that
-    /// their fits would take minutes: of those, the one asked for is compared, what is left of it without one
-    /// of its terms, and those on the way to it, a term at a time, from which its fit begins.
+    /// The models that an analysis compares, simpler ones first: all combinations of the terms that are always
+    /// compared and those of the requested model. Drag together with a term whose shape is fitted is compared only if
+    /// both were requested, because such a term may take its place. With two or more further terms there are so many
+    /// models that their fits would take minutes; then only these are compared: the requested model, the models with
+    /// one of its terms removed, and those that lead up to it by adding one term at a time, whose fits provide its
+    /// start values.
     pub fn compared(asked: Option<LossModel>) -> impl Iterator<Item = LossModel> {
         let terms = LossTerm::compared(asked).fold(0, |bits, term| bits | 1 << term as u8);
         let few = Self::further_named(asked) < 2;
@@ -89,12 +90,12 @@ impl LossModel {
         Self::all().filter(move |m| m.is_within(LossModel { terms })).filter(meant).filter(near)
     }
 
-    /// Number of terms of a model asked for that are compared where they are asked for alone.
+    /// Number of terms in the requested model that are compared only on request.
     pub(crate) fn further_named(asked: Option<LossModel>) -> usize {
         LossTerm::further_of(asked).filter(|t| !t.is_compared()).count()
     }
 
-    /// The model with these terms; `None` when there is no loss at all.
+    /// The model with these terms; `None` if there are none.
     pub fn from_terms(terms: &[LossTerm]) -> Option<Self> {
         (!terms.is_empty()).then(|| set(terms))
     }
@@ -114,19 +115,19 @@ impl LossModel {
         self.has(LossTerm::Sliding)
     }
 
-    /// The model with one term more.
+    /// The model with one more term.
     #[must_use]
     pub const fn with(self, term: LossTerm) -> Self {
         LossModel { terms: self.terms | 1 << term as u8 }
     }
 
-    /// The model without some of its terms; `None` when none is left.
+    /// The model without some of its terms; `None` if none remain.
     pub(crate) fn without(self, terms: &[LossTerm]) -> Option<Self> {
         let left: Vec<LossTerm> = self.terms().filter(|t| !terms.contains(t)).collect();
         Self::from_terms(&left)
     }
 
-    /// Whether every term of this model is one of the other's.
+    /// Whether every term of this model is also in the other.
     pub const fn is_within(self, other: LossModel) -> bool {
         self.terms & !other.terms == 0
     }
@@ -150,7 +151,7 @@ impl std::str::FromStr for LossModel {
         let named = |name: &str| LossTerm::ALL.iter().copied().find(|term| term.name() == name);
         let terms: Option<Vec<LossTerm>> = text.split('+').map(named).collect();
         let model = terms.as_deref().and_then(Self::from_terms);
-        // No term twice.
+        // No term may appear twice.
         model.filter(|m| m.terms().count() == text.split('+').count()).ok_or_else(|| {
             let terms: Vec<_> = LossTerm::ALL.iter().map(|term| term.name()).collect();
             let known_as = text.split('+').find_map(|part| {
@@ -166,7 +167,7 @@ impl std::str::FromStr for LossModel {
     }
 }
 
-/// Other words for a loss.
+/// Synonyms for the names of the losses.
 const SYNONYMS: [(&str, LossTerm); 10] = [
     ("coulomb", LossTerm::Sliding),
     ("dry", LossTerm::Sliding),
@@ -219,7 +220,7 @@ mod tests {
         ];
         assert_eq!(M::compared(None).collect::<Vec<_>>(), default);
         assert_eq!(M::compared(Some(M::VISCOUS_DRAG)).collect::<Vec<_>>(), default);
-        // With a further term every set; with more of them those near the model asked for.
+        // With one further term every set is compared; with more, only those near the requested model.
         let one = M::VISCOUS_SLIDING_DRAG.with(LossTerm::Cubic);
         assert!(M::compared(Some(one)).eq(M::all().filter(|m| m.is_within(one))));
         let every = LossTerm::ALL.iter().fold(M::VISCOUS, |m, t| m.with(*t));
@@ -228,7 +229,7 @@ mod tests {
         assert!(LossTerm::ALL.iter().all(|t| every.without(&[*t]).is_some_and(|m| near.contains(&m))));
         assert_eq!(near.last(), Some(&every));
         assert!(near.windows(2).all(|pair| pair[0] != pair[1]) && near.len() < 25, "{near:?}");
-        // A smaller model comes before those it lies within: its fit starts theirs.
+        // A smaller model comes before those that contain it, because its fit gives their start values.
         let all: Vec<_> = M::all().collect();
         assert!((0..all.len()).all(|i| (0..i).all(|k| !all[i].is_within(all[k]))));
     }

@@ -1,23 +1,24 @@
-//! Loss by a power of the amplitude that is fitted.
+//! Loss proportional to a fitted power of the amplitude.
 
 use super::kind::{Loss, ShapeParameter};
 use crate::model::unit::UnitRule;
 
-/// A loss by a power of the amplitude, the exponent a parameter: `dA/dt = -a_n A^n`, written with the
-/// amplitude `A0` at the start as `-r A0 (A/A0)^n`, so that the rate `r` is in 1/s whatever `n` is and
-/// `a_n = r A0^(1-n)`.
+/// A loss proportional to a power of the amplitude whose exponent is a parameter: `dA/dt = -a_n A^n`, written with
+/// the initial amplitude `A0` as `-r A0 (A/A0)^n`, so that the rate `r` is in 1/s for every `n` and `a_n = r
+/// A0^(1-n)`.
 ///
-/// Sliding friction is `n = 0`, viscous damping `n = 1`, quadratic drag `n = 2`. A force `c |v|^n` gives
-/// `a_n = (2 c omega^(n-1)/(pi m)) ∫_0^(pi/2) sin^(n+1)`; hysteresis of materials and joints has powers in
-/// between (a loss per cycle `~ A^m` of the energy is `n = m - 1`). Below the amplitudes measured the law says
-/// nothing: `n < 1` ends in finite time, `n > 1` never.
+/// Sliding friction is `n = 0`, viscous damping `n = 1`, quadratic drag `n = 2`. A force `c |v|^n` gives `a_n = (2 c
+/// omega^(n-1)/(pi m)) ∫_0^(pi/2) sin^(n+1)`; hysteresis of materials and joints has intermediate powers (an energy
+/// loss per cycle `~ A^m` corresponds to `n = m - 1`). The law should not be extrapolated below the measured
+/// amplitudes: for `n < 1` the motion ends in finite time, for `n > 1` never.
 ///
 /// Source: the average of a power of the velocity over a cycle, as in B. J. Lazan (1968), Damping of Materials
 /// and Members in Structural Mechanics, whose damping energy is a power of the stress.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Power;
 
-/// Least amplitude over the first at which the slope is taken: below it that of `n < 1` has no bound.
+/// Smallest amplitude, relative to the initial one, at which the slope is evaluated: below it the slope for `n < 1`
+/// is unbounded.
 const LEAST: f64 = 1e-3;
 
 impl Loss for Power {
@@ -41,7 +42,7 @@ impl Loss for Power {
         starts: &[0.3, 0.6, 1.5, 2.5, 3.5],
     });
 
-    /// At `n = 3/2`.
+    /// The shape for `n = 3/2`.
     fn shape(amplitude: f64) -> f64 {
         amplitude * amplitude.max(0.0).sqrt()
     }

@@ -1,19 +1,19 @@
-//! Friction with a contact that yields before it slides.
+//! Friction of a contact that yields elastically before it slides.
 
 use super::kind::{Loss, ShapeParameter, scaled};
 use crate::model::unit::UnitRule;
 
-/// Pre-sliding: contacts hold like a spring before they slide, so that the loss ends at small amplitude. Dahl's
-/// friction, `dF/dx = sigma (1 - F/F_c sgn v)`, encloses in a cycle the area `4 A F_c (1 - tanh(a)/a)`,
-/// `a = sigma A/F_c`:
+/// Pre-sliding: contacts act like a spring before they slide, so that the loss vanishes at small amplitude. The
+/// hysteresis loop of Dahl's friction, `dF/dx = sigma (1 - F/F_c sgn v)`, encloses the area `4 A F_c (1 - tanh(a)/a)`
+/// per cycle, `a = sigma A/F_c`:
 ///
 /// ```text
 /// dA/dt = -r A0 H(A/A_b)/H(A0/A_b),   H(a) = 1 - tanh(a)/a,   r A0 = (2 omega x_F/pi) H(A0/A_b)
 /// ```
 ///
-/// sliding friction above the break amplitude `A_b = F_c/sigma`, and a loss that falls with the square of the
-/// amplitude below it. The parameter of the shape is `A_b/A0`. The stiffness of the contacts also raises the
-/// frequency at small amplitude, which the backbone of the fit takes up.
+/// This is sliding friction above the break amplitude `A_b = F_c/sigma`, and a loss that falls with the square of the
+/// amplitude below it. The shape parameter is `A_b/A0`. The stiffness of the contacts also raises the frequency at
+/// small amplitude, which the backbone of the fit absorbs.
 ///
 /// Sources: P. R. Dahl (1976), AIAA Journal 14, 1675; the area is the integral of its loop between turning
 /// points `±A`, `F(A) = F_c tanh a`.
@@ -52,7 +52,7 @@ impl Loss for Presliding {
         starts: &[0.02, 0.06, 0.15, 0.4, 1.0],
     });
 
-    /// At a break amplitude of one.
+    /// The shape for a break amplitude of one.
     fn shape(amplitude: f64) -> f64 {
         loop_area(amplitude)[0]
     }
@@ -78,13 +78,13 @@ impl Loss for Presliding {
 mod tests {
     use super::*;
 
-    /// The force along the loop, by small steps of its differential equation.
+    /// Integrates the force along the loop by small steps of its differential equation.
     #[test]
     fn is_the_area_of_its_loop() {
         for a in [0.01, 0.1, 0.7, 3.0, 12.0] {
             let steps = 20_000;
             let dx = 2.0 * a / f64::from(steps);
-            // F_c and sigma are one; the second half is the first one mirrored. Midpoint steps.
+            // F_c and sigma are one; the second half mirrors the first. Midpoint steps.
             let (mut force, mut area) = (-f64::tanh(a), 0.0);
             for _ in 0..steps {
                 let middle = force + 0.5 * dx * (1.0 - force);

@@ -3,9 +3,8 @@
 use super::kind::Loss;
 use crate::model::unit::UnitRule;
 
-/// Sliding friction `F sgn(x')`: the amplitude falls along a straight line, `dA/dt = -a0` with
-/// `a0 = 2 omega x_F/pi` (eq. (16) of Vitorino, Vieira and Rodrigues; exactly
-/// `delta x_F coth(pi delta/2 omega_d)` beside viscous damping).
+/// Sliding friction `F sgn(x')`: the amplitude falls along a straight line, `dA/dt = -a0` with `a0 = 2 omega x_F/pi`
+/// (eq. (16) of Vitorino, Vieira and Rodrigues; with viscous damping exactly `delta x_F coth(pi delta/2 omega_d)`).
 ///
 /// The coefficient reported is the friction displacement `x_F = F/k`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

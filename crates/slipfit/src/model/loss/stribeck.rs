@@ -1,18 +1,19 @@
-//! Friction that falls with speed.
+//! Friction that decreases with speed.
 
 use super::kind::{Loss, ShapeParameter, scaled};
 use crate::model::unit::UnitRule;
 
-/// What friction has at low speed beside its value at high speed, the Stribeck effect:
-/// `F_e sgn(v)/(1 + (v/v_s)²)`. Averaged over a cycle,
+/// Excess of friction at low speed over its value at high speed, the Stribeck effect: `F_e sgn(v)/(1 + (v/v_s)²)`.
+/// Averaged over a cycle,
 ///
 /// ```text
 /// dA/dt = -r A0 H(z)/H(z_0),   H = asinh(z)/(z sqrt(1 + z²)),   z = A omega/v_s,   z_0 = A0 omega/v_s
 /// ```
 ///
-/// with `r A0 = (2 omega x_e/pi) H(z_0)`, `x_e = F_e/k`: the loss at the initial amplitude. It is sliding friction `x_e` where the velocity is small, and falling with the square of the amplitude, but for a
-/// logarithm, where it is large. Beside it, `sliding` is the friction at high speed. The parameter of the shape
-/// is `v_s/(A0 omega)`. Friction that rises with speed is drag or a power of it.
+/// with `r A0 = (2 omega x_e/pi) H(z_0)`, `x_e = F_e/k`: the loss at the initial amplitude. At small velocity it is
+/// sliding friction `x_e`; at large velocity it falls with the square of the amplitude, apart from a logarithm. The
+/// term `sliding` of the same model is then the friction at high speed. The shape parameter is `v_s/(A0 omega)`.
+/// Friction that increases with speed is described by drag or another power of the speed.
 ///
 /// Source: the Stribeck curve in the form of D. P. Hess and A. Soom (1990), Journal of Tribology 112, 147; the
 /// average by `∫ sin t/(1 + z² sin² t) dt` over a quarter turn.
@@ -51,7 +52,7 @@ impl Loss for Stribeck {
         starts: &[0.12, 0.25, 0.5, 1.0],
     });
 
-    /// At a velocity ratio of one.
+    /// The shape for a velocity ratio of one.
     fn shape(amplitude: f64) -> f64 {
         average(amplitude)[0]
     }

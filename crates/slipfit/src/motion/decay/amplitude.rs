@@ -1,4 +1,4 @@
-//! The amplitude law: loss of amplitude to sliding, viscous and drag loss together, solved.
+//! The amplitude law: the decay of the amplitude under sliding, viscous and drag loss together, in closed form.
 
 use crate::error::Error;
 pub(crate) use crate::model::loss::FURTHER;
@@ -7,14 +7,14 @@ use crate::model::oscillator::{Oscillator, at_least_zero};
 use crate::numeric::quadrature::integrate;
 use std::f64::consts::PI;
 
-/// Longest step of the integration, over the time in which the loss changes.
+/// Longest step of the integration, relative to the time scale on which the loss changes.
 pub(super) const STEP: f64 = 0.1;
-/// Most steps of one integration.
+/// Maximum number of steps of one integration.
 pub(super) const MOST_STEPS: f64 = 256.0;
-/// Part of the amplitude lost in a step up to which one step of fourth order is exact to 1e-11.
+/// Part of the amplitude lost in a step, up to which one fourth-order step is accurate to 1e-11.
 const SMALL_LOSS: f64 = 0.01;
 
-/// Amplitude of a decay whose loss is a constant, a linear and a quadratic part.
+/// Amplitude of a decay whose loss has a constant, a linear and a quadratic part.
 ///
 /// ```text
 /// dA/dt = -(a0 + a1 A + a2 A²)
@@ -22,8 +22,7 @@ const SMALL_LOSS: f64 = 0.01;
 /// D = 4 a0 a2 - a1²;   T = tan(t sqrt(D)/2)/sqrt(D),  tanh(t sqrt(-D)/2)/sqrt(-D)  or  t/2
 /// ```
 ///
-/// evaluated without cancellation through every degenerate case. The three
-/// losses are
+/// It is evaluated without cancellation, including every degenerate case. The three losses are
 ///
 /// ```text
 /// sliding  F         a0 = 2 omega x_F / pi         per s, in units of displacement
@@ -31,11 +30,10 @@ const SMALL_LOSS: f64 = 0.01;
 /// drag     c v|v|    a2 = 4 c omega / (3 pi m)     per s and displacement
 /// ```
 ///
-/// With `a2 = 0` this is the amplitude of eq. (16) of Vitorino, Vieira and
-/// Rodrigues; with drag it is the extension they propose after eq. (18).
-/// Averaged over a cycle: holds to first order in the loss per cycle. The turning points of the
-/// exact motion with viscous and sliding friction lie on it when
-/// `a0 = delta x_F coth(pi delta / 2 omega_d)`.
+/// With `a2 = 0` this is the amplitude of eq. (16) of Vitorino, Vieira and Rodrigues; with drag it is the extension
+/// they propose after eq. (18). The law is averaged over a cycle and holds to first order in the loss per cycle. The
+/// turning points of the exact motion with viscous and sliding friction lie on it if `a0 = delta x_F coth(pi delta /
+/// 2 omega_d)`.
 ///
 /// ```
 /// # use slipfit::motion::decay::AmplitudeLaw;
@@ -48,18 +46,18 @@ const SMALL_LOSS: f64 = 0.01;
 pub struct AmplitudeLaw {
     /// Amplitude at the start.
     pub(crate) initial: f64,
-    /// Sliding, viscous and drag term. Estimates of them may be negative.
+    /// Sliding, viscous and drag coefficients. Estimates of them may be negative.
     pub(crate) a0: f64,
     pub(crate) a1: f64,
     pub(crate) a2: f64,
-    /// Coefficients of the further terms. They have no closed form: the law is integrated.
+    /// Coefficients of the further terms. These have no closed form: the law is integrated numerically.
     pub(crate) further: [f64; FURTHER],
-    /// Shapes of those that have a parameter.
+    /// Shapes of the further terms that have a shape parameter.
     pub(crate) shapes: [Shape; SHAPED],
 }
 
 impl AmplitudeLaw {
-    /// From the initial amplitude and the three rates.
+    /// Law from the initial amplitude and the three rates.
     ///
     /// # Errors
     /// [`Error::Parameter`] if one is negative or not finite.
@@ -71,12 +69,12 @@ impl AmplitudeLaw {
         Ok(Self::from_rates(initial_amplitude, [a0, a1, a2]))
     }
 
-    /// The same of any rates, as a fit may try them.
+    /// The same for arbitrary rates, as a fit may try them.
     pub(crate) fn from_rates(initial: f64, [a0, a1, a2]: [f64; 3]) -> Self {
         Self { initial, a0, a1, a2, further: [0.0; FURTHER], shapes: [Shape::default(); SHAPED] }
     }
 
-    /// From an oscillator, its drag rate `a2` (per s and displacement), and the initial amplitude.
+    /// Law from an oscillator, its drag rate `a2` (per s and displacement), and the initial amplitude.
     ///
     /// # Errors
     /// As [`AmplitudeLaw::new`].
@@ -105,13 +103,13 @@ impl AmplitudeLaw {
         if self.is_closed() { closed } else { closed + self.further_rate(amplitude) }
     }
 
-    /// Loss by sliding, viscous and drag loss.
+    /// Loss rate due to sliding, viscous and drag loss.
     #[inline(always)]
     pub(super) fn closed_rate(&self, amplitude: f64) -> f64 {
         self.a0 + amplitude * (self.a1 + amplitude * self.a2)
     }
 
-    /// Loss by the further terms at an amplitude.
+    /// Loss rate due to the further terms at an amplitude.
     pub(crate) fn further_rate(&self, amplitude: f64) -> f64 {
         let amplitude = amplitude.max(0.0);
         let terms = self.further.iter().zip(LossTerm::further()).enumerate().filter(|(_, (c, _))| **c != 0.0);
@@ -126,7 +124,7 @@ impl AmplitudeLaw {
             .sum()
     }
 
-    /// Derivative of the loss by the amplitude.
+    /// Derivative of the loss rate with respect to the amplitude.
     pub(crate) fn rate_slope(&self, amplitude: f64) -> f64 {
         let closed = self.a1 + 2.0 * amplitude * self.a2;
         if self.is_closed() {
@@ -139,8 +137,8 @@ impl AmplitudeLaw {
         shaped.fold(fixed, |sum, (k, c)| sum + c * self.relative(k, amplitude)[1])
     }
 
-    /// Shape over the initial amplitude of the `k`-th loss whose shape has a parameter, and its derivatives
-    /// by the amplitude over the initial one and by the parameter; zeros where there is no such term.
+    /// Relative shape of the `k`-th loss with a shape parameter, and its derivatives with respect to the amplitude
+    /// over the initial one and to the parameter; zeros if the term is absent.
     pub(super) fn relative(&self, k: usize, amplitude: f64) -> [f64; 3] {
         let s = self.shapes[k];
         if s.parameter == 0.0 || !(self.initial > 0.0) {
@@ -157,7 +155,7 @@ impl AmplitudeLaw {
         })
     }
 
-    /// Whether the closed form is the whole law.
+    /// Whether the closed form is the complete law.
     pub(crate) fn is_closed(&self) -> bool {
         self.further.iter().all(|c| *c == 0.0)
     }
@@ -171,13 +169,13 @@ impl AmplitudeLaw {
         parts.map(|p| if total > 0.0 { p / total } else { 0.0 })
     }
 
-    /// Amplitude at `time_s`, zero after the stop, the initial one before zero.
+    /// Amplitude at `time_s`: zero after the stop, the initial amplitude before time zero.
     pub fn amplitude(&self, time_s: f64) -> f64 {
         if time_s <= 0.0 { self.initial } else { self.after(self.initial, time_s).max(0.0) }
     }
 
-    /// The amplitude `time_s` after it was `amplitude`, below zero after the stop: a fit needs a
-    /// function that stays smooth there.
+    /// The amplitude `time_s` after it was `amplitude`; negative after the stop, because a fit needs a function that
+    /// stays smooth there.
     pub(crate) fn after(&self, amplitude: f64, time_s: f64) -> f64 {
         let (a, t) = (amplitude, time_s);
         if !self.is_closed() {
@@ -193,7 +191,7 @@ impl AmplitudeLaw {
         if d > 0.0 {
             let root = d.sqrt();
             let half = 0.5 * t * root;
-            // Where viscous loss is below zero the stop may lie past the pole of the tangent.
+            // If the viscous loss is negative, the stop may lie beyond the pole of the tangent.
             if half >= 1.5 && t >= self.fall_time(a, 0.0) {
                 return 0.0;
             }
@@ -205,32 +203,32 @@ impl AmplitudeLaw {
         self.falling(a, r, (-r * t).exp(), t * exp_share(r * t))
     }
 
-    /// The amplitude that follows `a` where `D <= 0`: `T = (1 - E)/(r (1 + E))`, `E = e^-rt`, both sides
-    /// times `(1 + E)/2`; `s = (1 - E)/r`.
+    /// The amplitude after `a` for `D <= 0`: `T = (1 - E)/(r (1 + E))`, `E = e^-rt`, numerator and denominator
+    /// multiplied by `(1 + E)/2`; `s = (1 - E)/r`.
     fn falling(&self, a: f64, r: f64, e: f64, s: f64) -> f64 {
         let (less, more) = self.roots(r);
         unless_past(e + s * (0.5 * more + self.a2 * a), a * e - s * (self.a0 + 0.5 * a * less))
     }
 
-    /// [`Self::after`] half of `time_s` and the whole, for any amplitude: the functions of one time are those of
-    /// the other. `None` where the law has another form.
+    /// Precomputed step for [`Self::after`] at `time_s/2` and `time_s`, for any amplitude: the functions of one time
+    /// follow from those of the other. `None` if the law has another form.
     pub(super) fn falling_step(&self, time_s: f64) -> Option<FallingStep> {
         let r = (self.a1 * self.a1 - 4.0 * self.a0 * self.a2).sqrt();
         let x = 0.5 * r * time_s;
         (self.a2 != 0.0 && x.abs() > 1e-5 && self.is_closed()).then(|| {
-            // expm1 twice over: e^(-2x) - 1 = m (2 + m).
+            // expm1 used twice: e^(-2x) - 1 = m (2 + m).
             let m = (-x).exp_m1();
             let (e, s) = (1.0 + m, -m / r);
             FallingStep { r, half: [e, s], whole: [e * e, s * (2.0 + m)] }
         })
     }
 
-    /// Amplitudes in the middle and at the end of such a step.
+    /// Amplitudes in the middle and at the end of a precomputed step.
     pub(super) fn fall(&self, amplitude: f64, FallingStep { r, half, whole }: &FallingStep) -> [f64; 2] {
         [half, whole].map(|[e, s]| self.falling(amplitude, *r, *e, *s))
     }
 
-    /// `a1 - r` and `a1 + r`, `r² = a1² - 4 a0 a2`: the one that cancels by the product of both.
+    /// `a1 - r` and `a1 + r`, `r² = a1² - 4 a0 a2`; the one that would cancel is computed from the product of both.
     pub(super) fn roots(&self, r: f64) -> (f64, f64) {
         let big = self.a1.abs() + r;
         let small = if big > 0.0 { 4.0 * self.a0 * self.a2 / big } else { 0.0 };
@@ -239,7 +237,7 @@ impl AmplitudeLaw {
 
     /// Time at which the amplitude has fallen to `amplitude`, s.
     ///
-    /// `None` if it never gets there, or starts below it.
+    /// `None` if it never falls to this amplitude, or starts below it.
     pub(crate) fn time_to(&self, amplitude: f64) -> Option<f64> {
         if !(0.0..=self.initial).contains(&amplitude) {
             return None;
@@ -248,8 +246,7 @@ impl AmplitudeLaw {
         t.is_finite().then_some(t)
     }
 
-    /// Time to fall from `a` to `b`, from T of the closed form; not a finite number where it
-    /// never does.
+    /// Time to fall from `a` to `b`, from T of the closed form; not finite if it never does.
     fn fall_time(&self, a: f64, b: f64) -> f64 {
         if a == b {
             return 0.0;
@@ -267,7 +264,7 @@ impl AmplitudeLaw {
         }
         let r = (-d).sqrt();
         let (less, more) = self.roots(r);
-        // rate - r fall, its cancelling parts joined beforehand.
+        // rate - r fall, with the cancelling parts combined analytically.
         let rest = 2.0 * a0 + a * less + b * more + 2.0 * a2 * a * b;
         let x = 2.0 * r * fall / rest;
         if x.abs() < 1e-40 { 2.0 * fall / rest } else { x.ln_1p() / r }
@@ -275,14 +272,14 @@ impl AmplitudeLaw {
 
     /// Time at which the amplitude reaches zero, s; `None` without sliding friction.
     ///
-    /// The mass itself stops up to half a period from there, with an offset of
-    /// up to `F_s/k`: see [`FreeDecay::stop`](super::FreeDecay::stop).
+    /// The mass itself stops up to half a period from this time, with an offset of up to `F_s/k`: see
+    /// [`FreeDecay::stop`](super::FreeDecay::stop).
     pub fn stop_time_s(&self) -> Option<f64> {
         if self.a0 <= 0.0 && self.initial > 0.0 { None } else { self.time_to(0.0) }
     }
 }
 
-/// Half a step and a whole one of a law with `D < 0`: `e^-rt` and `(1 - e^-rt)/r`.
+/// Half a step and a whole step of a law with `D < 0`: `e^-rt` and `(1 - e^-rt)/r`.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct FallingStep {
     r: f64,
@@ -290,16 +287,17 @@ pub(super) struct FallingStep {
     whole: [f64; 2],
 }
 
-/// Amplitudes in the middle and at the end of a step of an integrated law, and the loss at its begin, middle and end.
+/// Amplitudes in the middle and at the end of a step of an integrated law, and the loss rate at its beginning, middle
+/// and end.
 pub(super) struct IntegratedStep {
     pub(super) middle: f64,
     pub(super) after: f64,
     pub(super) rates: [f64; 3],
 }
 
-/// One step of `dA/dt = -rate(A)`: the classical Runge-Kutta rule over the step and over its
-/// halves, extrapolated to fifth order. Off by less than 1e-9 of the amplitude over a step of
-/// [`STEP`], a hundred times that in its middle.
+/// One step of `dA/dt = -rate(A)`: the classical Runge-Kutta rule over the step and over its halves, extrapolated to
+/// fifth order. For a step of [`STEP`] the error is below 1e-9 of the amplitude, and a hundred times that in the
+/// middle.
 pub(super) fn integrate_step(rate: impl Fn(f64) -> f64, amplitude: f64, h: f64) -> IntegratedStep {
     let classical = |a: f64, rate_here: f64, h: f64| {
         let k1 = -rate_here;
@@ -310,10 +308,10 @@ pub(super) fn integrate_step(rate: impl Fn(f64) -> f64, amplitude: f64, h: f64) 
     };
     let before = rate(amplitude);
     let once = classical(amplitude, before, h);
-    // The error is of fifth order in the loss of the step, negligible here.
+    // The error is of fifth order in the loss per step, negligible here.
     if (once - amplitude).abs() < SMALL_LOSS * amplitude.abs() {
         let end = rate(once);
-        // Hermite's cubic through both ends.
+        // Cubic Hermite interpolation between the ends.
         let middle = 0.5 * (amplitude + once) + 0.125 * h * (end - before);
         return IntegratedStep { middle, after: once, rates: [before, rate(middle), end] };
     }
@@ -324,20 +322,21 @@ pub(super) fn integrate_step(rate: impl Fn(f64) -> f64, amplitude: f64, h: f64) 
     IntegratedStep { middle, after, rates: [before, half, rate(after)] }
 }
 
-/// The amplitude `above / below`, or zero past the pole, long after the stop: the loss below zero takes it there where
-/// viscous loss is negative, and behind it the formula comes back from above.
+/// The amplitude `above / below`, or zero beyond the pole, which lies long after the stop. If the viscous loss is
+/// negative, the amplitude passes below zero to the pole, and beyond it the formula would return from positive
+/// values.
 #[inline(always)]
 fn unless_past(below: f64, above: f64) -> f64 {
     if below <= 0.0 { 0.0 } else { above / below }
 }
 
-/// `(1 - e^(-x))/x`, right also at zero.
+/// `(1 - e^(-x))/x`, accurate also at zero.
 pub(crate) fn exp_share(x: f64) -> f64 {
     if x.abs() < 1e-5 { 1.0 - 0.5 * x + x * x / 6.0 } else { -(-x).exp_m1() / x }
 }
 
-/// `K` of `a0 = K x_F` and its derivatives by delta and omega: `K = delta coth(pi delta/2 omega)`,
-/// with which the turning points of the exact motion lie on the law.
+/// `K` of `a0 = K x_F` and its derivatives with respect to delta and omega: `K = delta coth(pi delta/2 omega)`, for
+/// which the turning points of the exact motion lie on the law.
 pub(crate) fn sliding_gain(delta: f64, omega: f64) -> [f64; 3] {
     let y = PI * delta / (2.0 * omega);
     if y.abs() < 1e-4 {
@@ -349,7 +348,7 @@ pub(crate) fn sliding_gain(delta: f64, omega: f64) -> [f64; 3] {
     }
 }
 
-/// `a0 = 2 omega x_F / pi`: loss of amplitude per second to sliding friction.
+/// `a0 = 2 omega x_F / pi`: loss of amplitude per second due to sliding friction.
 pub fn sliding_rate(friction_displacement: f64, omega: f64) -> f64 {
     2.0 * omega * friction_displacement / PI
 }

@@ -1,8 +1,7 @@
 //! The ring-down of Vitorino, Vieira and Rodrigues, eqs. (15) to (18).
 //!
-//! Friction is replaced by the first term of its Fourier series and its work
-//! averaged over half a cycle. Each function states what it approximates; the
-//! exact motion is [`FreeDecay`](super::FreeDecay).
+//! Friction is replaced by the first term of its Fourier series, and its work is averaged over half a cycle. Each
+//! function states what it approximates; the exact motion is [`FreeDecay`](super::FreeDecay).
 
 use crate::model::oscillator::Oscillator;
 use std::f64::consts::PI;
@@ -10,19 +9,17 @@ use std::f64::consts::PI;
 /// Leading Fourier term of the friction force over the stiffness, eq. (15):
 /// `(4 x_F/pi) sin(omega_r t)` for a release from a positive position at `t = 0`.
 ///
-/// The force itself is a square wave of height `x_F`; the term is 27 % higher
-/// at its crest and right in its projection on the motion. `omega_r` is the
-/// frequency of the free motion, `omega_d`.
+/// The force itself is a square wave of height `x_F`; the term is 27 % too high at its crest, but its projection on
+/// the motion is exact. `omega_r` is the frequency of the free motion, `omega_d`.
 pub fn ring_down_forcing(oscillator: &Oscillator, time_s: f64) -> f64 {
     4.0 * oscillator.friction_displacement() / PI * (oscillator.omega_d() * time_s).sin()
 }
 
 /// The offset of eq. (16), `4F/(pi gamma omega_0) = (2/pi) x_F omega_0/delta`.
 ///
-/// Leading order in `1/Q` of the exact offset `x_F coth(pi delta/2 omega_d)`,
-/// [`Oscillator::decay_offset`]: too small by `(pi²/48 - 1/8)/Q²`, 2 % at `Q = 2`
-/// (with `omega_d` written for `omega_0` it would be `pi²/(48 Q²)`, 5 %). Infinite
-/// without viscous damping.
+/// Leading order in `1/Q` of the exact offset `x_F coth(pi delta/2 omega_d)`, [`Oscillator::decay_offset`]: too small
+/// by `(pi²/48 - 1/8)/Q²`, 2 % at `Q = 2` (with `omega_d` in place of `omega_0` it would be `pi²/(48 Q²)`, 5 %). It
+/// is infinite without viscous damping.
 pub fn decay_offset(oscillator: &Oscillator) -> f64 {
     if oscillator.friction_displacement() == 0.0 {
         return 0.0;
@@ -30,10 +27,10 @@ pub fn decay_offset(oscillator: &Oscillator) -> f64 {
     2.0 * oscillator.friction_displacement() * oscillator.omega_0() / (PI * oscillator.decay_rate_per_s())
 }
 
-/// The amplitude of eq. (16), `-C + (A_i + C) e^(-delta t)`, `C` the [`decay_offset`].
+/// The amplitude of eq. (16), `-C + (A_i + C) e^(-delta t)`, where `C` is the [`decay_offset`].
 ///
-/// Without viscous damping its limit `A_i - (2/pi) x_F omega_0 t`. Negative
-/// once the motion has stopped, where the equation no longer holds.
+/// Without viscous damping it is the limit `A_i - (2/pi) x_F omega_0 t`. It is negative once the motion has stopped,
+/// where the equation no longer holds.
 pub fn ring_down_amplitude(oscillator: &Oscillator, initial_amplitude: f64, time_s: f64) -> f64 {
     let delta = oscillator.decay_rate_per_s();
     let fall = -(-delta * time_s).exp_m1();
@@ -43,19 +40,18 @@ pub fn ring_down_amplitude(oscillator: &Oscillator, initial_amplitude: f64, time
     initial_amplitude - initial_amplitude * fall - loss * time
 }
 
-/// Energy lost in half a cycle at velocity amplitude `v`, eq. (17), over the mass:
-/// `2 (F/m) v/omega_r + (pi/2)(gamma/m) v²/omega_r`; `omega_r` is taken as `omega_0` here.
+/// Energy lost in half a cycle at velocity amplitude `v`, eq. (17), over the mass: `2 (F/m) v/omega_r +
+/// (pi/2)(gamma/m) v²/omega_r`; `omega_r` is taken as `omega_0` here.
 ///
-/// The print lacks the `1/omega_r` of the viscous term, without which eq. (18)
-/// does not follow and the dimensions do not fit: see
-/// [`half_cycle_energy_as_printed`].
+/// The printed equation lacks the `1/omega_r` of the viscous term; without it eq. (18) does not follow and the
+/// dimensions do not match: see [`half_cycle_energy_as_printed`].
 pub fn half_cycle_energy(oscillator: &Oscillator, velocity_amplitude: f64) -> f64 {
     let v = velocity_amplitude;
     (2.0 * force_over_mass(oscillator) * v + PI * oscillator.decay_rate_per_s() * v * v)
         / oscillator.omega_0()
 }
 
-/// Eq. (17) as printed, `2 (F/m) v/omega_r + (pi/2)(gamma/m) v²`: kept to show the difference.
+/// Eq. (17) as printed, `2 (F/m) v/omega_r + (pi/2)(gamma/m) v²`, for comparison.
 ///
 /// `omega_r` is taken as `omega_0` here.
 pub fn half_cycle_energy_as_printed(oscillator: &Oscillator, velocity_amplitude: f64) -> f64 {

@@ -1,7 +1,8 @@
-//! Amplitudes of sliding, viscous and drag loss and their derivatives at many instants at once.
+//! Amplitudes under sliding, viscous and drag loss and their derivatives at many times at once.
 //!
-//! The [amplitude law](super::amplitude) is closed, so that no instant waits for the one before; what the losses did
-//! until then is a running sum. With `R(A) = -dA/dt` the derivatives are, by Simpson's rule from instant to instant,
+//! The [amplitude law](super::amplitude) is in closed form, so that no time has to wait for the one before; the
+//! accumulated effect of the losses is a running sum. With `R(A) = -dA/dt` the derivatives are, by Simpson's rule
+//! between successive times,
 //!
 //! ```text
 //! dA/dA_0 = R/R_0     dA/da_k = -R ∫ A^k/R dt
@@ -11,34 +12,36 @@ use super::amplitude::AmplitudeLaw;
 use super::path::STEP;
 use crate::numeric::trig;
 
-/// Largest argument of the tangent, short of its pole.
+/// Largest argument of the tangent, below its pole.
 const MOST_ANGLE: f64 = 1.5;
-/// Part of the losses that their sum is at least where one is below zero.
+/// Minimum of the total loss rate, as a part of the sum of the magnitudes, if one of the losses is negative.
 const LEAST_LEFT: f64 = 1e-6;
 /// Largest exponent.
 const MOST_EXPONENT: f64 = 600.0;
 
-/// Amplitudes at some times and their derivatives by the start, sliding, viscous and drag loss, each of them in a row.
+/// Amplitudes at given times and their derivatives with respect to the initial amplitude, sliding, viscous and drag
+/// loss, each in one row.
 #[derive(Debug)]
 pub(crate) struct Points {
     count: usize,
     rows: Vec<f64>,
 }
 
-/// Rows of an amplitude and its derivatives, and those that are needed to find them.
+/// Number of rows for an amplitude and its derivatives, and including the rows needed to compute them.
 const FOUND: usize = 5;
 const ROWS: usize = FOUND + 2;
 
 impl Points {
-    /// The amplitudes, then their derivatives.
+    /// The amplitudes, followed by their derivatives.
     #[inline(always)]
     pub(crate) fn rows(&self) -> [&[f64]; FOUND] {
         std::array::from_fn(|k| &self.rows[k * self.count..][..self.count])
     }
 }
 
-/// Amplitude and derivatives at ascending times after the start, the amplitude zero without derivatives behind the stop.
-/// `None` where they have to be followed step by step: where the loss changes much from one time to the next, or is none.
+/// Amplitude and derivatives at ascending times after the start; after the stop the amplitude and its derivatives are
+/// zero. `None` if they have to be followed step by step: if the loss changes much from one time to the next, or is
+/// not positive.
 pub(crate) fn at_times(law: &AmplitudeLaw, times: &[f64]) -> Option<Points> {
     let &last = times.last()?;
     let stiffness = law.a1.abs() + 2.0 * law.a2.abs() * law.initial.abs();
@@ -63,17 +66,17 @@ pub(crate) fn at_times(law: &AmplitudeLaw, times: &[f64]) -> Option<Points> {
     found.then_some(Points { count: times.len(), rows })
 }
 
-/// The function of time that the law is, with `D = 4 a0 a2 - a1²`.
+/// Functional form of the law in time, with `D = 4 a0 a2 - a1²`.
 #[derive(Clone, Copy)]
 enum Form {
-    /// `D > 0`, and its root.
+    /// `D > 0`, with its square root.
     Tangent(f64),
-    /// `D <= 0`, and the root of `-D`.
+    /// `D <= 0`, with the square root of `-D`.
     Falling(f64),
 }
 
 impl Form {
-    /// Amplitudes in the place of times.
+    /// Replaces times by amplitudes.
     #[inline(always)]
     fn put(self, law: &AmplitudeLaw, row: &mut [f64]) {
         let AmplitudeLaw { initial: a, a0, a1, a2, .. } = *law;
@@ -94,7 +97,7 @@ impl Form {
                     let y = 0.5 * r * *t;
                     let half = trig::exp(-y);
                     let e = half * half;
-                    // The series holds where it is taken.
+                    // The series is accurate where it is used.
                     let small = *t * half * trig::sinh_over(if y < near { y } else { 0.0 });
                     let s = if y < near { small } else { (1.0 - e) * over_r };
                     *t = (a * e - s * top) / (e + s * bottom);
@@ -121,7 +124,7 @@ fn simpson(passed: f64, begin: [f64; 3], halfway: [f64; 3], end: [f64; 3]) -> [f
     ]
 }
 
-/// The rows of [`Points`]; whether they could be found.
+/// Fills the rows of [`Points`]; returns whether this was possible.
 struct Evaluate<'a> {
     law: &'a AmplitudeLaw,
     form: Form,
@@ -164,7 +167,7 @@ impl pulp::NullaryFnOnce for Evaluate<'_> {
             let (a, rate) = (amplitude[i], law.closed_rate(amplitude[i]));
             share[i] = 1.0 / rate;
             half[i] = 1.0 / law.closed_rate(middle[i]);
-            // Losses that cancel along the decay leave rounding alone.
+            // If the losses cancel along the decay, only rounding errors remain.
             let size = law.a0.abs() + a * (law.a1.abs() + a * law.a2.abs());
             is_fall &= (share[i] * first > 0.0)
                 & (half[i] * first > 0.0)
@@ -209,7 +212,7 @@ mod tests {
     /// An amplitude, and its derivatives.
     type Point = (f64, [f64; 4]);
 
-    /// Step by step.
+    /// Reference computed step by step.
     fn followed(law: AmplitudeLaw, times: &[f64]) -> Vec<Point> {
         let mut path = AmplitudePath::new(law, [0.0; 2]).carrying(Carried::Closed);
         let mut now = 0.0;

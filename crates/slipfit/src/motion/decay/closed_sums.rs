@@ -1,13 +1,14 @@
-//! Normal equations of the exact motion under viscous and sliding friction, one half cycle after the other.
+//! Normal equations of the exact motion under viscous and sliding friction, accumulated half cycle by half cycle.
 //!
-//! The [half-cycle kernel](super::half_cycle) for every loss and disturbance takes two to four times as long.
+//! The general [half-cycle kernel](super::half_cycle), for every loss and disturbance, takes two to four times as
+//! long.
 
 use super::amplitude::{exp_share as phi, sliding_gain};
 use crate::numeric::wide;
 use pulp::Simd;
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// The normal equations at `p`.
+/// Computes the normal equations at the parameters `p`.
 pub(crate) struct Pass<'a> {
     pub(crate) time: &'a [f64],
     pub(crate) signal: &'a [f64],
@@ -21,14 +22,15 @@ pub(crate) struct Pass<'a> {
     pub(crate) parts: &'a mut Vec<ClosedSums>,
 }
 
-/// Where the motion ends.
+/// How the motion ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Stop {
-    /// Nowhere: its law goes on past zero, smooth in every parameter.
+    /// It does not: the law continues past zero, smooth in every parameter.
     Never,
-    /// Where friction holds it.
+    /// Where friction holds the mass.
     Friction,
-    /// At the turning point of this number, whether friction holds it there or not: smooth in every parameter.
+    /// At the turning point with this number, whether or not friction holds the mass there: smooth in every
+    /// parameter.
     Turn(f64),
 }
 
@@ -43,17 +45,19 @@ impl Stop {
     }
 }
 
-/// Sums over the samples by `A_0`, `x_F`, `delta`, phase, `omega` and offset: `JᵀJ` (lower triangle), `Jᵀr`, `rᵀr`.
+/// Sums over the samples of products of derivatives with respect to `A_0`, `x_F`, `delta`, phase, `omega` and offset:
+/// `JᵀJ` (lower triangle), `Jᵀr`, `rᵀr`.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ClosedSums {
     pub(crate) jtj: [[f64; 6]; 6],
     pub(crate) jtr: [f64; 6],
     pub(crate) rss: f64,
-    /// First sample at rest; as many as there are where none is, or not yet.
+    /// Index of the first sample at rest; the number of samples if none is at rest, or not yet.
     pub(crate) at_rest: usize,
 }
 
-/// Products of the derivatives by `A_0` … `omega` and the residual, lower triangle, and their totals.
+/// Products of the derivatives with respect to `A_0` … `omega` and of the residual (lower triangle), and their
+/// totals.
 struct Totals<S: Simd> {
     products: [S::f64s; 21],
     totals: [S::f64s; 6],
@@ -82,7 +86,7 @@ impl<S: Simd> Totals<S> {
         (self.products, self.totals) = (p, t);
     }
 
-    /// The sums of so many samples.
+    /// The sums after this many samples.
     #[inline(always)]
     fn sums(&self, simd: S, samples: usize, at_rest: usize) -> ClosedSums {
         let mut out = ClosedSums { jtj: [[0.0; 6]; 6], jtr: [0.0; 6], rss: 0.0, at_rest };
@@ -126,7 +130,7 @@ impl Fall {
         Self { e, g: t * share, g_by_delta: t * t * slope }
     }
 
-    /// One more stretch `of` length `t`: integrals of an exponential add up so.
+    /// Extends by another stretch `of` length `t`: integrals of an exponential combine this way.
     #[inline(always)]
     fn and(self, of: Self, t: f64) -> Self {
         Self {
@@ -137,11 +141,11 @@ impl Fall {
     }
 }
 
-/// Registers of samples whose rows are summed together.
+/// Number of registers of samples whose rows are summed together.
 const BATCH: usize = 16;
-/// Half cycles after which the running products are computed afresh.
+/// Number of half cycles after which the running products are recomputed.
 const FRESH: usize = 32;
-/// `1/k!`: the terms of `e^x` that count for `|x| <= 1/16`.
+/// `1/k!`: the terms of `e^x` that are needed for `|x| <= 1/16`.
 const EXPONENTIAL: [f64; 10] = {
     let mut out = [1.0; 10];
     let mut k = 1;
@@ -179,7 +183,7 @@ impl pulp::WithSimd for Pass<'_> {
 
         let zero = simd.splat_f64s(0.0);
         let mut totals = Totals::new(simd);
-        // Rows wait in a batch: what makes them and what sums them need all registers each.
+        // Rows are collected in a batch, because computing them and summing them each need all registers.
         let mut rows = [[zero; 6]; BATCH];
         let mut waiting = 0;
         let mut n = (phase / PI).floor();
@@ -195,11 +199,11 @@ impl pulp::WithSimd for Pass<'_> {
             }
             let amplitude = a0 * fall.e - x_f * gain * fall.g;
             let swing = amplitude - x_f;
-            // Beyond 2^50 half cycles counting them loses its meaning.
+            // Beyond 2^50 half cycles the count is no longer exact.
             if !(swing.is_finite() && n.abs() < 1e15) {
                 return None;
             }
-            // The spring no longer overcomes the friction: at rest for good.
+            // The spring no longer overcomes friction: at rest permanently.
             let rests = stop.is_at(n, swing);
             if rests {
                 at_rest = index;
@@ -207,7 +211,7 @@ impl pulp::WithSimd for Pass<'_> {
             let limit = origin + ((n + 1.0) * PI - phase) / omega;
             let end = if rests { time.len() } else { end_before(time, index, limit) };
             if end == index {
-                // Nothing was sampled in this half cycle; a gap is crossed at once.
+                // No samples lie in this half cycle; a gap is crossed in one step.
                 let next = ((time[index] - origin) * omega + phase) / PI;
                 if next > n + 2.0 {
                     n = first_at_rest(n, next.floor() - 1.0, |n| {
@@ -224,8 +228,8 @@ impl pulp::WithSimd for Pass<'_> {
             }
             let sign = if (0.5 * n).fract() == 0.0 { 1.0 } else { -1.0 };
             let sign = if rests && !rest_tells { 0.0 } else { sign };
-            // With f1 = e^(-delta u) [cos + tilt sin], f3 = e^(-delta u) sin every derivative is a
-            // combination of f1, u f1, f3, u f3 and 1; at rest of 1 alone.
+            // With f1 = e^(-delta u) [cos + tilt sin], f3 = e^(-delta u) sin, every derivative is a combination of
+            // f1, u f1, f3, u f3 and 1; at rest, of 1 alone.
             let by_delta = -turn * a0 * fall.e - x_f * (gain_by_delta * fall.g + gain * fall.g_by_delta);
             let by_phase = (delta * a0 + x_f * gain) * fall.e / omega;
             let by_omega = turn * by_phase - x_f * gain_by_omega * fall.g;
@@ -296,9 +300,9 @@ impl pulp::WithSimd for Pass<'_> {
     }
 }
 
-/// The first half cycle at rest after `n`, which moves, or `far` where none before it is at rest.
+/// The first half cycle at rest after the moving half cycle `n`, or `far` if none before it is at rest.
 fn first_at_rest(n: f64, far: f64, rests: impl Fn(f64) -> bool) -> f64 {
-    // Beyond 2^50 half cycles counting them loses its meaning.
+    // Beyond 2^50 half cycles the count is no longer exact.
     if !(far < 1e15 && rests(far)) {
         return far;
     }
@@ -310,7 +314,7 @@ fn first_at_rest(n: f64, far: f64, rests: impl Fn(f64) -> bool) -> f64 {
     after
 }
 
-/// First index from `index` on whose time is not below `limit`.
+/// First index at or after `index` whose time is not below `limit`.
 #[inline(always)]
 fn end_before(time: &[f64], index: usize, limit: f64) -> usize {
     let mut step = 16;

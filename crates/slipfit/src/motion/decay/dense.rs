@@ -1,16 +1,17 @@
-//! Dense output of an integrated amplitude law: long steps, and the instants within them by interpolation.
+//! Dense output of an integrated amplitude law: long steps, with interpolation at the times within them.
 //!
-//! A law without a closed form is integrated in steps of a tenth of the time in which its loss changes, some sixty in
-//! a whole decay, however many amplitudes or half cycles it is asked for. The amplitude between the ends of a step is
-//! Hermite's quintic. Its derivatives by the parameters obey `d/dt A_k = -g'(A) A_k - g_k(A)`, linear once the
-//! amplitude is known: collocation at Lobatto's four points is exact to sixth order at the end of a step and to fifth
-//! within (Hairer, Nørsett and Wanner, Solving Ordinary Differential Equations I, sections II.5 to II.7).
+//! A law without a closed form is integrated in steps of a tenth of the time scale on which its loss changes, about
+//! sixty in a whole decay, regardless of the number of amplitudes or half cycles requested. The amplitude between the
+//! ends of a step is the quintic Hermite interpolant. Its derivatives with respect to the parameters obey `d/dt A_k =
+//! -g'(A) A_k - g_k(A)`, which is linear once the amplitude is known: collocation at the four Lobatto points is
+//! accurate to sixth order at the end of a step and to fifth order within it (Hairer, Nørsett and Wanner, Solving
+//! Ordinary Differential Equations I, sections II.5 to II.7).
 
 /// `sqrt(5)/4`.
 const ROOT: f64 = 0.559_016_994_374_947_4;
-/// Lobatto's points over a step.
+/// Lobatto points of a step.
 const POINTS: [f64; 4] = [0.0, 0.5 - 0.4 * ROOT, 0.5 + 0.4 * ROOT, 1.0];
-/// Integrals of their Lagrange polynomials from 0 to `u`, by the powers 1 to 4 of `u`.
+/// Integrals of their Lagrange polynomials from 0 to `u`, as coefficients of the powers 1 to 4 of `u`.
 const INTEGRALS: [[f64; 4]; 4] = [
     [1.0, -3.0, 10.0 / 3.0, -1.25],
     [0.0, 1.25 + 5.0 * ROOT, -5.0 / 6.0 - 10.0 * ROOT, 5.0 * ROOT],
@@ -18,7 +19,8 @@ const INTEGRALS: [[f64; 4]; 4] = [
     [0.0, 0.5, -5.0 / 3.0, 1.25],
 ];
 
-/// A loss at an amplitude: `-dA/dt`, its derivative by the amplitude, and those by all that is carried.
+/// The loss at an amplitude: `-dA/dt`, its derivative with respect to the amplitude, and those with respect to all
+/// carried parameters.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct LossAt<const N: usize> {
     pub(super) rate: f64,
@@ -26,7 +28,7 @@ pub(super) struct LossAt<const N: usize> {
     pub(super) by: [f64; N],
 }
 
-/// The amplitude at an end of a step with its derivatives by the time.
+/// The amplitude at one end of a step with its time derivatives.
 #[derive(Debug, Clone, Copy)]
 struct Knot {
     amplitude: f64,
@@ -40,21 +42,21 @@ impl Knot {
     }
 }
 
-/// A step and what is interpolated in it.
+/// A step and the data for interpolation within it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct LongStep<const N: usize> {
     pub(super) duration: f64,
-    /// How far into it the path is.
+    /// Time from the beginning of the step to the current position.
     pub(super) passed: f64,
     begin: Knot,
     end: Knot,
-    /// Derivatives carried at the begin, and how they change with time at Lobatto's points.
+    /// Derivatives at the beginning, and their rates of change at the Lobatto points.
     by: [f64; N],
     slopes: [[f64; N]; 4],
 }
 
 impl<const N: usize> LongStep<N> {
-    /// From an amplitude and the derivatives carried there.
+    /// A step from an amplitude and the derivatives carried there.
     pub(super) fn new(
         amplitude: f64,
         by: [f64; N],
@@ -118,7 +120,7 @@ impl<const N: usize> LongStep<N> {
         self.amplitude_at(self.passed / self.duration)
     }
 
-    /// Hermite's quintic through values, slopes and curvatures.
+    /// Quintic Hermite interpolation through values, slopes and curvatures.
     fn amplitude_at(&self, u: f64) -> f64 {
         let Self { begin, end, duration: h, .. } = self;
         let v = 1.0 - u;
@@ -129,7 +131,7 @@ impl<const N: usize> LongStep<N> {
         begin.amplitude + u * rise + u * v * (v * v * early - u * u * late)
     }
 
-    /// The derivatives carried.
+    /// The carried derivatives at the current position.
     pub(super) fn derivatives(&self) -> [f64; N] {
         self.derivatives_at(self.passed / self.duration)
     }
@@ -142,7 +144,7 @@ impl<const N: usize> LongStep<N> {
     }
 }
 
-/// The amplitude a step ahead by the fifth-order rule of Dormand and Prince (1980).
+/// The amplitude one step ahead by the fifth-order rule of Dormand and Prince (1980).
 fn dormand_prince(rate: impl Fn(f64) -> f64, from: Knot, h: f64) -> f64 {
     const STAGES: [[f64; 6]; 5] = [
         [0.2, 0.0, 0.0, 0.0, 0.0, 0.0],
@@ -162,7 +164,7 @@ fn dormand_prince(rate: impl Fn(f64) -> f64, from: Knot, h: f64) -> f64 {
     along(&LAST, &slopes)
 }
 
-/// Integrals of the Lagrange polynomials of Lobatto's points from 0 to `u`.
+/// Integrals of the Lagrange polynomials of the Lobatto points from 0 to `u`.
 fn integrals(u: f64) -> [f64; 4] {
     INTEGRALS.map(|[a, b, c, d]| u * (a + u * (b + u * (c + u * d))))
 }
@@ -198,7 +200,8 @@ mod tests {
         }
     }
 
-    /// Loss `λ A + c`, with the derivatives by start, `c` and `λ` of `A = (A0 + c/λ) e^(-λt) - c/λ`.
+    /// Loss `λ A + c`, with the derivatives of `A = (A0 + c/λ) e^(-λt) - c/λ` with respect to the initial amplitude,
+    /// `c` and `λ`.
     #[test]
     fn steps_are_exact_to_their_order() {
         let (lambda, c, start) = (0.7, 0.2, 1.5);

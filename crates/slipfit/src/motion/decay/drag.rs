@@ -1,14 +1,14 @@
-//! Quadratic drag within a half cycle: the shape of the swing and how long it takes.
+//! Quadratic drag within a half cycle: its effect on the shape and duration of the swing.
 //!
-//! Between two turning points drag `c v|v|` leaves the equation of the swing `y = Y f` about `±x_F`
+//! Between two turning points drag `c v|v|` gives the equation of the swing `y = Y f` about `±x_F`
 //!
 //! ```text
 //! f'' + 2 l f' + f = epsilon f'²,   f(0) = 1,   f'(0) = 0;   epsilon = c Y/m,   l = delta/omega
 //! ```
 //!
-//! which has no closed form. In powers of `epsilon` and `l` (Poincaré and Lindstedt) it differs from the
-//! damped cosine with the same turning points by `epsilon (S + epsilon P + l R)`, where `epsilon` is taken at
-//! the geometric mean of the swings before and after, and with `phi = theta - pi/2`
+//! which has no closed form. In powers of `epsilon` and `l` (Poincaré and Lindstedt) the solution differs from the
+//! damped cosine with the same turning points by `epsilon (S + epsilon P + l R)`, where `epsilon` is taken at the
+//! geometric mean of the swings before and after, and with `phi = theta - pi/2`
 //!
 //! ```text
 //! S = (1 + sin phi)²/3 - (4/(3 pi)) (theta sin phi + cos phi)
@@ -17,15 +17,15 @@
 //!     + (8/(9 pi)) phi cos phi
 //! ```
 //!
-//! All vanish with their slopes at both turning points. `S` has a part in quadrature, `-2/(9 pi)`: under drag
-//! the phase of the fundamental depends on the amplitude. The swing lasts
-//! `(pi/omega_d) [1 + (16/(9 pi)) epsilon l + epsilon²/6]`. All of this holds to second order in the loss of a
-//! half cycle; the amplitudes, whose loss is odd in time, keep to the amplitude law to that order.
+//! All of them and their slopes vanish at both turning points. `S` has a quadrature component, `-2/(9 pi)`: under
+//! drag the phase of the fundamental depends on the amplitude. The swing lasts `(pi/omega_d) [1 + (16/(9 pi)) epsilon
+//! l + epsilon²/6]`. All of this holds to second order in the loss per half cycle; the amplitudes, whose loss is odd
+//! in time, obey the amplitude law to that order.
 
 use pulp::Simd;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
-/// `4/(3 pi)`: part of `epsilon` that the decrement of a half cycle is, over `pi`.
+/// `4/(3 pi)`: decrement of a half cycle over `pi epsilon`.
 const LOSS: f64 = 4.0 / (3.0 * PI);
 
 /// `c/m`, the force over the mass and the squared velocity: `3 pi a2/(4 omega)`.
@@ -34,7 +34,7 @@ pub(crate) fn strength(drag_rate: f64, omega: f64) -> f64 {
     3.0 * FRAC_PI_4 * drag_rate / omega
 }
 
-/// How much slower drag makes the phase run, `omega [(16/(9 pi)) epsilon l + epsilon²/6]`, rad/s.
+/// Reduction of the phase rate by drag, `omega [(16/(9 pi)) epsilon l + epsilon²/6]`, rad/s.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Slowing {
     pub(crate) rate: f64,
@@ -44,7 +44,7 @@ pub(crate) struct Slowing {
 }
 
 impl Slowing {
-    /// At an amplitude, for a decay rate and a drag rate.
+    /// The reduction at an amplitude, for a decay rate and a drag rate.
     #[inline(always)]
     pub(crate) fn new(amplitude: f64, [decay_rate, drag_rate]: [f64; 2], omega: f64) -> Self {
         let u = amplitude / omega;
@@ -59,28 +59,28 @@ impl Slowing {
     }
 }
 
-/// What drag adds to the shape of a half cycle, over `epsilon`.
+/// Change of the shape of a half cycle by drag, over `epsilon`.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Shape {
-    /// Of the geometric mean of both swings.
+    /// At the geometric mean of both swings.
     pub(crate) epsilon: f64,
     pub(crate) l: f64,
 }
 
 impl Shape {
-    /// For the product of the swings before and after, the decay rate and the drag rate.
+    /// Shape from the product of the swings before and after, the decay rate and the drag rate.
     #[inline(always)]
     pub(crate) fn new(product: f64, [decay_rate, drag_rate]: [f64; 2], omega: f64) -> Self {
         Self { epsilon: strength(drag_rate, omega) * product.sqrt(), l: decay_rate / omega }
     }
 
-    /// At a phase since the turn, differentiated so many times by it, at most twice.
+    /// The `order`-th derivative (at most the second) with respect to the phase since the turning point.
     pub(crate) fn value(&self, order: i32, theta: f64) -> f64 {
         let (s, c) = (theta - FRAC_PI_2).sin_cos();
         self.derivative(pulp::Scalar::new(), order, theta, s, c).0
     }
 
-    /// [`at`](Self::at), differentiated so many times by the phase, at most twice.
+    /// The `order`-th derivative of [`at`](Self::at) with respect to the phase, at most the second.
     #[inline(always)]
     pub(super) fn derivative<S: Simd>(
         &self,
@@ -134,8 +134,8 @@ impl Shape {
         (add(first, second_order), slope)
     }
 
-    /// The value, and the slope of its leading part, at the phases `theta`; `s` and `c` are sine and cosine
-    /// of `theta - pi/2`.
+    /// The value, and the slope of its leading part, at the phases `theta`; `s` and `c` are the sine and cosine of
+    /// `theta - pi/2`.
     #[inline(always)]
     pub(super) fn at<S: Simd>(&self, simd: S, theta: S::f64s, s: S::f64s, c: S::f64s) -> (S::f64s, S::f64s) {
         let v = |x: f64| simd.splat_f64s(x);

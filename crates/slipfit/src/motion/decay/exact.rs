@@ -9,26 +9,23 @@ pub(super) const COUNTABLE: f64 = 6e7;
 
 /// Free decay with viscous and sliding friction, in closed form.
 ///
-/// Between two turning points the friction force is constant, so the motion
-/// is a damped cosine about `± x_F`. With `omega_d² = omega_0² - delta²`, half
-/// period `T = pi/omega_d` and `lambda = delta T`, a turning point at `X` is
-/// followed, `T` later, by
+/// Between two turning points the friction force is constant, so the motion is a damped cosine about `± x_F`. With
+/// `omega_d² = omega_0² - delta²`, half period `T = pi/omega_d` and `lambda = delta T`, a turning point at `X` is
+/// followed after `T` by
 ///
 /// ```text
 /// X' = -sgn(X) [e^-lambda |X| - (1 + e^-lambda) x_F]
 /// |X_n| = |X_0| e^(-n lambda) - x_F coth(lambda/2) (1 - e^(-n lambda))
 /// ```
 ///
-/// until `|X_n| <= F_s/k`, where the mass stays. The frequency is `omega_d` at
-/// every amplitude. This is what eq. (16) of Vitorino, Vieira and Rodrigues
-/// approximates; see [`averaged`](super::averaged).
+/// until `|X_n| <= F_s/k`, where the mass stays. The frequency is `omega_d` at every amplitude. Eq. (16) of Vitorino,
+/// Vieira and Rodrigues approximates this motion; see [`averaged`](super::averaged).
 ///
-/// Any start will do: a start in motion runs to its first turning point by
-/// the same closed form. Turning points are counted from there, the release
-/// itself being number 0 for a start at rest.
+/// The motion may start from any state: a start in motion is followed to its first turning point by the same closed
+/// form. Turning points are counted from there; for a start at rest, the release itself is number 0.
 ///
-/// Errors of rounding stay below 1e-14 of the amplitude at the start after
-/// ten thousand half cycles: phases are reduced in doubled precision.
+/// Rounding errors stay below 1e-14 of the initial amplitude after ten thousand half cycles, because phases are
+/// reduced in double-double precision.
 ///
 /// ```
 /// # use slipfit::{Oscillator, motion::decay::FreeDecay};
@@ -45,15 +42,15 @@ pub struct FreeDecay {
     oscillator: Oscillator,
     start: TurningPoint,
     start_velocity: f64,
-    /// Start to first turning point, if the start is in motion.
+    /// Time from the start to the first turning point, if the start is in motion.
     lead_in: f64,
     first: f64,
     pub(super) first_time: Dd,
     pub(super) half_period: Dd,
     pub(super) lambda: f64,
-    /// `C`.
+    /// The decay offset `C`.
     offset: f64,
-    /// `|X_0| + C`, what decays exponentially; infinite without viscous damping.
+    /// `|X_0| + C`, the quantity that decays exponentially; infinite without viscous damping.
     span: f64,
     stop: Option<Stop>,
 }
@@ -61,22 +58,22 @@ pub struct FreeDecay {
 /// A turning point of a free decay.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TurningPoint {
-    /// 0 for the first.
+    /// Number of the turning point; the first is 0.
     pub index: u64,
-    /// When, s.
+    /// Time, s.
     pub time_s: f64,
-    /// Where, with its sign.
+    /// Position, with its sign.
     pub position: f64,
 }
 
-/// Where and when a free decay ends.
+/// End of a free decay.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stop {
-    /// Number of the turning point that holds.
+    /// Number of the turning point at which the mass stays.
     pub index: u64,
-    /// When, s.
+    /// Time, s.
     pub time_s: f64,
-    /// The offset left, `|position| <= F_s/k`.
+    /// The remaining offset, `|position| <= F_s/k`.
     pub position: f64,
 }
 
@@ -85,14 +82,14 @@ pub struct Stop {
 /// Multiply by `k` for joules.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HalfCycleLoss {
-    /// Lost to viscous damping, `/k`.
+    /// Energy lost to viscous damping, over the stiffness.
     pub viscous: f64,
-    /// Lost to sliding friction, `/k`.
+    /// Energy lost to sliding friction, over the stiffness.
     pub sliding: f64,
 }
 
 impl FreeDecay {
-    /// Released at rest from `position` at time zero.
+    /// Decay from rest at `position` at time zero.
     ///
     /// # Errors
     /// [`Error::Parameter`] if `position` is not finite.
@@ -100,7 +97,7 @@ impl FreeDecay {
         Self::from_state(oscillator, 0.0, position, 0.0)
     }
 
-    /// From any state: `position` and `velocity` (per s) at `time_s`.
+    /// Decay from any state: `position` and `velocity` (per s) at `time_s`.
     ///
     /// # Errors
     /// [`Error::Parameter`] if an argument is not finite, or larger than 1e100.
@@ -123,7 +120,7 @@ impl FreeDecay {
             let s = velocity.signum();
             let x_f = oscillator.friction_displacement();
             let (w, y) = (omega_d.hi, position + s * x_f);
-            // Velocity runs as e^(-delta u) cos(theta + omega_d u): its next zero.
+            // The velocity varies as e^(-delta u) cos(theta + omega_d u): its next zero.
             lead_in = f64::atan2(w * velocity * s, (omega_0 * omega_0 * y + delta * velocity) * s) / w;
             let amplitude = f64::hypot(velocity + delta * y, w * y) / omega_0;
             first = s * ((-delta * lead_in).exp() * amplitude - x_f);
@@ -150,8 +147,8 @@ impl FreeDecay {
         &self.oscillator
     }
 
-    /// Amplitude of turning point `n` as if nothing held it: `|X_n|` before the
-    /// stop, meaningless (and finally negative) after it.
+    /// Amplitude of turning point `n` without a stop: `|X_n|` before the stop, meaningless (and eventually negative)
+    /// after it.
     #[inline(always)]
     pub(super) fn amplitude(&self, n: f64) -> f64 {
         let x_f = self.oscillator.friction_displacement();
@@ -160,8 +157,8 @@ impl FreeDecay {
         if self.lambda < 1e-40 {
             return first - 2.0 * n * x_f;
         }
-        // Whichever form does not subtract numbers larger than its parts: where the offset
-        // is small the first keeps the end of the decay relative to it.
+        // The form that does not subtract numbers larger than the result's parts is used: if the offset is small, the
+        // first form keeps its relative accuracy at the end of the decay.
         if self.offset < first {
             (-n * self.lambda).exp() * self.span - self.offset
         } else {
@@ -169,34 +166,33 @@ impl FreeDecay {
         }
     }
 
-    /// Side of turning point `n`.
+    /// Sign of the position at turning point `n`.
     #[inline(always)]
     pub(super) fn sign(&self, n: f64) -> f64 {
-        // 0 or 1, for whole numbers as large as they come.
+        // 0 or 1, also for very large integers.
         let odd = n - 2.0 * (0.5 * n).floor();
         if odd == 0.0 { self.first.signum() } else { -self.first.signum() }
     }
 
-    /// Turning point `n`, without computing those before it; past the stop,
-    /// the stop itself (with its own index).
+    /// Turning point `n`, without computing those before it; beyond the stop, the stop itself (with its own index).
     pub fn turning_point(&self, n: u64) -> TurningPoint {
         let n = self.stop.map_or(n, |s| n.min(s.index));
         let sign = if n.is_multiple_of(2) { self.first.signum() } else { -self.first.signum() };
         TurningPoint {
             index: n,
             time_s: self.first_time.add(self.half_period.scale(n as f64)).value(),
-            // At the stop a first turning point inside the zone keeps its own sign.
+            // If the motion stops at its first turning point, that point keeps its own sign.
             position: if n == 0 { self.first } else { sign * self.amplitude(n as f64) },
         }
     }
 
-    /// All turning points in order, the stop being the last; endless without one.
+    /// All turning points in order. The last is the stop; without a stop the sequence is endless.
     pub fn turning_points(&self) -> TurningPoints {
         TurningPoints {
             next: self.first,
             index: 0,
             count: 0.0,
-            // Beyond 2^53 they could not be told apart.
+            // Beyond 2^53 their indices could not be distinguished.
             last: self.stop.map_or(1 << 53, |s| s.index),
             keep: (-self.lambda).exp(),
             loss: (1.0 + (-self.lambda).exp()) * self.oscillator.friction_displacement(),
@@ -240,8 +236,8 @@ impl FreeDecay {
         if n.is_nan() || n > 9e15 {
             return None;
         }
-        // Rounding may put the index one off; the turning points themselves decide.
-        // It cannot be many: the bound guards against an endless loop.
+        // Rounding may shift the index by one; the turning points themselves decide. The limit on the count only
+        // guards against an endless loop.
         let mut left = 10_000;
         while n > 1.0 && self.amplitude(n - 1.0) <= x_s && left > 0 {
             n -= 1.0;
@@ -255,8 +251,8 @@ impl FreeDecay {
         Some(at(n))
     }
 
-    /// Displacement and velocity at `time_s`; before the start, the start
-    /// position at rest; after the stop, the position it holds.
+    /// Displacement and velocity at `time_s`; before the start, the start position at rest; after the stop, the
+    /// position at which the mass rests.
     pub fn state(&self, time_s: f64) -> (f64, f64) {
         let since = Dd::from_f64(time_s).sub(self.first_time);
         if since.hi < 0.0 || time_s < self.start.time_s {
@@ -312,9 +308,8 @@ impl FreeDecay {
         self.state(time_s).1
     }
 
-    /// Energy lost from turning point `n` to the next, split, over the stiffness:
-    /// `x_F (|X_n| + |X_n+1|)` to sliding friction, the rest of
-    /// `(X_n² - X_n+1²)/2` to viscous damping. Nothing after the stop.
+    /// Energy lost from turning point `n` to the next, over the stiffness, split into the two losses: `x_F (|X_n| +
+    /// |X_n+1|)` to sliding friction, the rest of `(X_n² - X_n+1²)/2` to viscous damping. Zero after the stop.
     pub fn loss(&self, n: u64) -> HalfCycleLoss {
         if self.stop.is_some_and(|s| n >= s.index) {
             return HalfCycleLoss { viscous: 0.0, sliding: 0.0 };
@@ -322,22 +317,22 @@ impl FreeDecay {
         let x_f = self.oscillator.friction_displacement();
         let a = self.amplitude(n as f64);
         let fall = -(-self.lambda).exp_m1();
-        // The last half cycle may end on the side it came from: b keeps its sign.
+        // The last half cycle may end on the same side on which it began: b keeps its sign.
         let b = (1.0 - fall) * a - (2.0 - fall) * x_f;
         HalfCycleLoss { viscous: 0.5 * (a + b) * fall * (a - x_f), sliding: x_f * (a + b) }
     }
 }
 
-/// Turning points of a [`FreeDecay`], one multiplication each.
+/// Iterator over the turning points of a [`FreeDecay`], with one multiplication per point.
 ///
-/// Rounding adds up to about `n` times 1e-16 of the amplitude at turning point
-/// `n`; [`FreeDecay::turning_point`] has no such growth.
+/// Rounding errors grow to about `n` times 1e-16 of the amplitude at turning point `n`; [`FreeDecay::turning_point`]
+/// has no such growth.
 #[derive(Debug, Clone)]
 pub struct TurningPoints {
     decay: FreeDecay,
     next: f64,
     index: u64,
-    /// The same as a number, which is what the time needs.
+    /// The index as a float, from which the time is computed.
     count: f64,
     last: u64,
     keep: f64,
@@ -372,7 +367,7 @@ impl Iterator for TurningPoints {
         self.next = -(self.keep * self.next - self.loss.copysign(self.next));
         self.index += 1;
         self.count += 1.0;
-        // Without sliding friction there is no stop; underflow ends it.
+        // Without sliding friction there is no stop; underflow ends the sequence.
         self.done = self.next == 0.0;
         Some(point)
     }
@@ -441,7 +436,7 @@ mod tests {
         fn velocity_is_the_slope_and_the_equation_holds(decay in any_decay(), phase in 0.05..30.0f64) {
             let o = *decay.oscillator();
             let (t, h) = (-3.0 + phase / o.omega_0(), 1e-4 / o.omega_0());
-            // Away from a kink, where three points lie in one half cycle.
+            // Keep away from kinks, so that the three points lie in one half cycle.
             let near = decay.turning_points().take(40).any(|p| (p.time_s - t).abs() < 3.0 * h);
             prop_assume!(!near);
             let (x, v) = decay.state(t);

@@ -1,25 +1,25 @@
-//! The half-cycle kernel: a free decay with its derivatives against the samples of a record.
+//! The half-cycle kernel: compares a free decay and its derivatives with the samples of a record.
 //!
-//! The motion runs from turning point to turning point; between two of them, of amplitudes `X`
-//! and `X'`, it is a damped cosine about `±x_F`. With the phase `theta` since the turn and
-//! `ln rho = pi lambda`, `rho = (X' + x_F)/(X - x_F)`,
+//! The motion runs from turning point to turning point; between two of them, with amplitudes `X` and `X'`, it is a
+//! damped cosine about `±x_F`. With the phase `theta` since the turning point and `ln rho = pi lambda`, `rho = (X' +
+//! x_F)/(X - x_F)`,
 //!
 //! ```text
 //! x = s [x_F + (X - x_F) f],   f = e^(lambda theta) (cos theta - lambda sin theta)
 //! ```
 //!
-//! which is the closed form where frequency and decay rate are constant, and joins the turning
-//! points smoothly where they change slowly; quadratic drag adds [its own shape](super::drag). All
-//! derivatives are combinations of `f`, `theta f`, `g = e^(lambda theta) sin theta`, `theta g` and that shape. One pass
-//! gives the sums of a least-squares step; of the samples nothing is stored.
+//! This is the closed form if frequency and decay rate are constant, and joins the turning points smoothly if they
+//! change slowly; quadratic drag adds [its own shape](super::drag). All derivatives are combinations of `f`, `theta
+//! f`, `g = e^(lambda theta) sin theta`, `theta g` and that shape. One pass gives the sums of a least-squares step;
+//! nothing is stored per sample.
 //!
-//! Velocities and accelerations are combinations of the same functions: by the phase
+//! Velocities and accelerations are combinations of the same functions. With respect to the phase,
 //!
 //! ```text
 //! f' = -(1 + lambda²) g     g' = f + 2 lambda g     (theta f)' = f + theta f'     (theta g)' = g + theta g'
 //! ```
 //!
-//! and by time that times the rate of the phase, over `omega`; an acceleration jumps at each turn.
+//! and with respect to time, this times the phase rate, over `omega`; an acceleration jumps at each turning point.
 
 use super::drag;
 use super::parameters::{COUNT, DELTA, DRAG, OFFSET, OMEGA, PHASE, X_F};
@@ -31,30 +31,32 @@ use crate::numeric::wide;
 use pulp::Simd;
 use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, PI};
 
-/// Numbers computed together.
+/// Number of values computed together.
 const LANES: usize = 8;
-/// `1/k!`: the terms of `e^x` that count for `|x| <= 1/16`.
+/// `1/k!`: the terms of `e^x` that are needed for `|x| <= 1/16`.
 const EXPONENTIAL: [f64; 10] = inverse_factorials(0, 1);
-/// No half cycle changes its swing by more than `e` to this power.
+/// Maximum absolute logarithm of the ratio of successive swings.
 const MOST_DECREMENT: f64 = 700.0;
-/// A last swing, in parts of x_F, and by what factor the ratio of such swings may differ from that of viscous damping.
+/// Size below which the swing of a half cycle is a last swing, in parts of x_F, and the factor by which the ratio of
+/// such swings may differ from that of viscous damping.
 const LAST_SWING: f64 = 0.1;
 const LAST_RATIO: f64 = 2.0;
-/// Steps from turn to turn for each sample, and those without any, beyond which the frequency is taken for no
-/// motion: a fit that strays to one far above the samples would take minutes.
+/// Maximum number of steps between turning points per sample, and in addition independent of the samples; beyond it
+/// the frequency is rejected, because a fit that strays to a frequency far above the sampling rate would take
+/// minutes.
 const MOST_STEPS: [usize; 2] = [8, 10_000];
-/// Half cycles without a sample from which on several are passed at once.
+/// Number of half cycles without a sample above which several are passed at once.
 const GAP: f64 = 4.0;
 
 impl Window<'_> {
-    /// Products of all active derivatives and the residual, summed over the samples. `None` where the model does not
+    /// Products of all active derivatives and the residual, summed over the samples. `None` if the model does not
     /// exist.
     pub(crate) fn sums(&self, p: &[f64], residuals: Option<&mut Vec<f64>>) -> Option<Passed> {
         crate::numeric::dispatch(Pass { window: self, p, residuals, borders: &[], parts: &mut Vec::new() })
     }
 
-    /// The same sums, row by row of the lower triangle, for each of the parts that begin with the first sample and
-    /// with those at `borders`, ascending; residuals where they are asked for.
+    /// The same sums, row by row of the lower triangle, for each of the parts that begin at the first sample and at
+    /// the samples `borders` (ascending); residuals if requested.
     pub(crate) fn sums_of_parts(
         &self,
         p: &[f64],
@@ -69,13 +71,14 @@ impl Window<'_> {
     }
 }
 
-/// What a pass over the samples gives.
+/// Result of a pass over the samples.
 pub(crate) struct Passed {
-    /// By the active parameters, the residual last: row by row of the lower triangle, behind the last border.
+    /// Sums for the active parameters and, last, the residual: row by row of the lower triangle, for the part after
+    /// the last border.
     pub(crate) sums: Vec<f64>,
-    /// The first sample at rest.
+    /// Index of the first sample at rest.
     pub(crate) at_rest: usize,
-    /// Samples that do not count because they are so close to a turn.
+    /// Number of samples excluded because they are too close to a turning point.
     pub(crate) left_out: usize,
 }
 
@@ -107,13 +110,12 @@ impl pulp::WithSimd for Pass<'_> {
         let (mut index, mut at_rest) = (0, time.len());
         while index < time.len() {
             let next = turns.at(n + 1.0, turn.time + PI / turn.omega);
-            // A phase that does not advance is no motion; beyond 2^50 half cycles counting them
-            // loses its meaning.
+            // A phase that does not advance is rejected; beyond 2^50 half cycles the count is no longer exact.
             if !(next.time > turn.time && next.amplitude.is_finite() && n.abs() < 1e15 && steps_left > 0) {
                 return None;
             }
             let swing = turn.amplitude - p[X_F];
-            // The spring no longer overcomes the friction: at rest for good.
+            // The spring no longer overcomes friction: at rest permanently.
             let rests = !(swing > 0.0 && next.amplitude + p[X_F] > 0.0);
             let end = if rests {
                 at_rest = index;
@@ -151,15 +153,15 @@ impl pulp::WithSimd for Pass<'_> {
     }
 }
 
-/// A turning point in the same gap as `turn`, of number `n`, but nearer to the sample at `sample`, and how many half
-/// cycles lie between them; `None` where they are few or the motion comes to rest there.
+/// A turning point in the same gap as `turn` (number `n`) but closer to the sample at `sample`, and the number of
+/// half cycles between them; `None` if there are few or the motion comes to rest in between.
 #[inline(never)]
 fn cross_gap(turns: &mut Turns, turn: &Turn, n: f64, x_f: f64, sample: f64) -> Option<(Turn, f64)> {
     let left = (sample - turn.time) * turn.omega * FRAC_1_PI;
     if !(left > GAP) {
         return None;
     }
-    // The frequency may change on the way.
+    // The frequency may change in between.
     let mut count = (0.5 * left).min(turns.most_in_one()).floor();
     while count > 1.0 {
         let mut beyond = turns.clone();
@@ -173,7 +175,7 @@ fn cross_gap(turns: &mut Turns, turn: &Turn, n: f64, x_f: f64, sample: f64) -> O
     None
 }
 
-/// Number of leading times below `limit`, found by doubling: half cycles are short.
+/// Number of leading times below `limit`, found by doubling, because half cycles are short.
 #[inline(always)]
 fn count_before(time: &[f64], limit: f64) -> usize {
     let mut step = 8;
@@ -185,45 +187,45 @@ fn count_before(time: &[f64], limit: f64) -> usize {
     from + time[from..end].partition_point(|&t| t < limit)
 }
 
-/// Coefficients of one row: `c0 + c1 f + c2 theta f + (c3 + c4 u) g`, `u` the time since the turn.
+/// Coefficients of one row: `c0 + c1 f + c2 theta f + (c3 + c4 u) g`, with the time `u` since the turning point.
 type Row = [f64; 5];
-/// And of the [shape that drag adds](drag) and its slope.
+/// Coefficients of the [shape added by drag](drag) and of its slope.
 type DragRow = [f64; 2];
 
 /// One half cycle: the motion and the rows of its derivatives.
 struct HalfCycle {
-    /// `lambda` of all half cycles where they are alike, and `1/rho`.
+    /// `lambda` of all half cycles if they are equal, and `1/rho`.
     common: Option<[f64; 2]>,
-    /// Whether drag is part of the model: its shape times `bulge` is part of the motion.
+    /// Whether drag is part of the model; if so, its shape times `bulge` is added to the motion.
     drags: bool,
     observable: Observable,
-    /// Time of the turn, s.
+    /// Time of the turning point, s.
     begin: f64,
     omega: f64,
-    /// Half the change of frequency.
+    /// Half the rate of change of the frequency.
     curve: f64,
     lambda: f64,
-    /// `e^(lambda theta)` is the series at `part theta`, `part = lambda / 2^squarings`, squared as often.
+    /// `e^(lambda theta)` is the series at `part theta`, `part = lambda / 2^squarings`, squared `squarings` times.
     squarings: i32,
     part: f64,
     moving: bool,
     /// The motion is `level + height f`.
     level: f64,
     height: f64,
-    /// Of a velocity or an acceleration the parts of `f` and `g`; the rate of the phase over `omega` at the turn, its
-    /// change with time, and the part of `g` that the change leaves.
+    /// For a velocity or an acceleration: the coefficients of `f` and `g`; the phase rate over `omega` at the turning
+    /// point and its change with time; and the coefficient of `g` due to that change.
     parts: [f64; 2],
     rate: [f64; 2],
     bent: f64,
     bulge: f64,
     drag: drag::Shape,
-    /// Of the active parameters, in their order.
+    /// Rows of the active parameters, in their order.
     rows: [Row; COUNT],
     drag_rows: [DragRow; COUNT],
 }
 
 impl HalfCycle {
-    /// None yet.
+    /// An empty half cycle.
     #[inline(always)]
     fn new(window: &Window, p: &[f64], common_lambda: Option<f64>) -> Self {
         Self {
@@ -249,7 +251,7 @@ impl HalfCycle {
         }
     }
 
-    /// From turning point `n` to the next; `None` where it decays too fast to be followed.
+    /// Sets the half cycle from turning point `n` to the next; `None` if the decay is too fast to be followed.
     #[inline(always)]
     fn turn_to(
         &mut self,
@@ -274,14 +276,14 @@ impl HalfCycle {
             return Some(());
         }
         let x_f = p[X_F];
-        // Both swings, that of the turn and that of the next.
+        // The swings at this turning point and at the next.
         let (swing, swing_after) = (turn.amplitude - x_f, next.amplitude + x_f);
         let mut follows_law = true;
         let [lambda, over_ratio] = self.common.unwrap_or_else(|| {
             let mut ratio = swing_after / swing;
             if swing < LAST_SWING * x_f {
-                // The law of amplitudes is right to a small part of x_F, which may be all of the last swing: of so small a
-                // one viscous loss alone takes a part worth mention.
+                // The amplitude law is accurate to a small part of x_F, which may be all of the last swing: the ratio
+                // of such small swings is bounded by that of viscous loss alone.
                 let viscous = (-PI * p[DELTA] / p[OMEGA]).exp();
                 let bounded = ratio.max(viscous / LAST_RATIO).min(viscous * LAST_RATIO);
                 follows_law = bounded == ratio;
@@ -304,7 +306,7 @@ impl HalfCycle {
         if self.common.is_some() {
             self.omega = turn.omega;
         } else {
-            // Half of the change of frequency before the middle, half after it. What drag slows the phase by is
+            // Half of the frequency change occurs before the middle, half after it. The phase lag due to drag is
             // constant within a half cycle.
             self.omega = PI * over_length + 0.5 * (turn.omega - next.omega);
             self.curve = (PI * over_length - self.omega) * over_length;
@@ -355,13 +357,14 @@ impl HalfCycle {
         Some(())
     }
 
-    /// Makes rows of the displacement those of its derivative over `omega` to the same power, where the phase runs at
-    /// `mean`; within the half cycle its change counts for the signal, not for derivatives by parameters.
+    /// Converts rows of the displacement into rows of its derivative over `omega` to the same power, where the mean
+    /// phase rate is `mean`. The change of the rate within the half cycle is included for the signal, but not for the
+    /// derivatives with respect to parameters.
     #[inline(always)]
     fn differentiate(&mut self, active: &[usize], omega: f64, mean: f64) {
         let order = self.observable.order();
         let (lambda, kappa) = (self.lambda, 1.0 + self.lambda * self.lambda);
-        // Parts of f, g, theta f and theta g.
+        // Coefficients of f, g, theta f and theta g.
         let by_phase = |mut parts: [f64; 4]| {
             for _ in 0..order {
                 let [f, g, theta_f, theta_g] = parts;
@@ -394,7 +397,7 @@ impl HalfCycle {
         }
     }
 
-    /// The signal of a velocity or an acceleration, `u` after the turn.
+    /// The signal of a velocity or an acceleration, at the time `u` after the turning point.
     #[inline(always)]
     fn derivative<S: Simd>(&self, simd: S, u: S::f64s, basis: &Basis<S>) -> S::f64s {
         let splat = |v: f64| simd.splat_f64s(v);
@@ -408,7 +411,7 @@ impl HalfCycle {
         simd.mul_add_e_f64s(splat(self.bent * self.height), basis.g, x)
     }
 
-    /// Adds the rows of its samples.
+    /// Adds the rows of the samples of this half cycle.
     #[inline(always)]
     fn add<S: Simd>(
         &self,
@@ -435,7 +438,8 @@ impl HalfCycle {
         }
     }
 
-    /// Register by register. Lanes beyond the last sample are overwritten by the next piece, or cleared.
+    /// Computes a piece register by register. Lanes beyond the last sample are overwritten by the next piece, or
+    /// cleared.
     #[inline(always)]
     fn piece<S: Simd, const DRAGS: bool>(
         &self,
@@ -447,7 +451,7 @@ impl HalfCycle {
     ) {
         let splat = |v: f64| simd.splat_f64s(v);
         let begin = splat(self.begin);
-        // Time over the window: of the offset's slope and curvature.
+        // Time over the window, for the slope and curvature of the offset.
         let over = splat(1.0 / window.duration.max(f64::MIN_POSITIVE));
         let since = splat(self.begin - window.origin);
         let level = splat(self.level + p[OFFSET]);
@@ -500,7 +504,7 @@ impl HalfCycle {
         *len += time.len();
     }
 
-    /// One, or zero where the phase is within `guard` of a turn.
+    /// One, or zero if the phase is within `guard` of a turning point.
     #[inline(always)]
     fn off_the_turns<S: Simd>(&self, simd: S, guard: f64, u: S::f64s) -> S::f64s {
         let splat = |v: f64| simd.splat_f64s(v);
@@ -510,7 +514,7 @@ impl HalfCycle {
         simd.select_f64s(near, splat(0.0), splat(1.0))
     }
 
-    /// The functions all derivatives are made of, at times since the turn.
+    /// The functions of which all derivatives are combinations, at times since the turning point.
     #[inline(always)]
     fn basis<S: Simd, const DRAGS: bool>(&self, simd: S, u: S::f64s) -> Basis<S> {
         let splat = |v: f64| simd.splat_f64s(v);
@@ -539,7 +543,7 @@ fn put<S: Simd>(_: S, row: &mut [f64; WIDTH], at: usize, value: S::f64s) {
     S::as_mut_simd_f64s(&mut row[at..at + S::F64_LANES]).0[0] = value;
 }
 
-/// Clears a row from a place on, register by register: the few places are fewer than a call is worth.
+/// Clears a row from an index on, register by register: too few places to be worth a function call.
 #[inline(always)]
 fn clear_from(row: &mut [f64], from: usize) {
     let (pieces, _) = row.as_chunks_mut::<LANES>();
@@ -551,7 +555,7 @@ fn clear_from(row: &mut [f64], from: usize) {
     }
 }
 
-/// `f`, `theta f` and `g` of some samples, what drag adds to the motion, and its slope by the phase.
+/// `f`, `theta f` and `g` of some samples, the change of the motion by drag, and its slope with respect to the phase.
 #[derive(Clone, Copy)]
 struct Basis<S: Simd> {
     f: S::f64s,
@@ -562,7 +566,7 @@ struct Basis<S: Simd> {
 }
 
 impl<S: Simd> Basis<S> {
-    /// At rest.
+    /// The functions at rest.
     #[inline(always)]
     fn rest(simd: S) -> Self {
         let zero = simd.splat_f64s(0.0);

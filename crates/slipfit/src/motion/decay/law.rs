@@ -5,7 +5,7 @@ use crate::model::oscillator::above_zero;
 use crate::numeric::quadrature::integrate;
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Rate at which a friction law eats amplitude, `-dA/dt`, averaged over a cycle.
+/// Rate at which a friction law reduces the amplitude, `-dA/dt`, averaged over a cycle.
 ///
 /// For friction force `f(v)`, odd in `v` (given for `v > 0`), with `V = A omega`,
 ///
@@ -13,17 +13,16 @@ use std::f64::consts::{FRAC_PI_2, PI};
 /// -dA/dt = (2/(pi m omega)) ∫_0^{pi/2} f(V sin th) sin th dth
 /// ```
 ///
-/// which is the energy balance of eqs. (17) and (18) of Vitorino, Vieira and
-/// Rodrigues with any loss put in. Holds to first order in the loss per cycle.
+/// This is the energy balance of eqs. (17) and (18) of Vitorino, Vieira and Rodrigues for an arbitrary loss. It holds
+/// to first order in the loss per cycle.
 ///
 /// - `mass`: kg; `omega`: rad/s; `amplitude`: displacement, at least zero
-/// - `friction`: force in N at a speed
+/// - `friction`: force in N as a function of the speed
 ///
-/// The quadrature is adaptive to 1e-12 of the result, kinks of `f` included.
+/// The quadrature is adaptive to 1e-12 of the result, also for kinks of `f`.
 ///
 /// # Errors
-/// [`Error::Parameter`] for a bad argument, or where `friction` returned
-/// something not finite.
+/// [`Error::Parameter`] for an invalid argument, or if `friction` returned a non-finite value.
 ///
 /// ```
 /// # use slipfit::motion::decay::law::amplitude_loss_rate;
@@ -52,8 +51,8 @@ pub fn amplitude_loss_rate(
 /// Time for the amplitude to fall from `from` to `to` at a given loss rate `-dA/dt`, s:
 /// `∫ dA / rate(A)`.
 ///
-/// Infinite where the rate vanishes on the way, unless it does so at an end and the time to there is finite, as that of
-/// a rate that falls with the root of the amplitude.
+/// Infinite if the rate vanishes in between, or at an end unless the time to that end is finite, as for a rate
+/// proportional to the square root of the amplitude.
 ///
 /// # Errors
 /// [`Error::Parameter`] unless `0 <= to <= from < infinity`.
@@ -63,7 +62,8 @@ pub fn time_to_fall(from: f64, to: f64, rate: impl Fn(f64) -> f64) -> Result<f64
         return Err(Error::Parameter { name: "to", value: to, range: "0 <= to <= from" });
     }
     let inverse = |a: f64| 1.0 / rate(a);
-    // Nearer and nearer to where the rate vanishes, each tenth of the way left must take less time than the one before.
+    // On approaching the point where the rate vanishes, each tenth of the remaining way must take less time than the
+    // one before.
     let endless = |end: f64, other: f64| {
         let at = |part: i32| end + (other - end) * 10f64.powi(-part);
         let tenth = |part: i32| integrate(&inverse, at(part + 1), at(part)).abs();
@@ -73,8 +73,8 @@ pub fn time_to_fall(from: f64, to: f64, rate: impl Fn(f64) -> f64) -> Result<f64
     Ok(if time.is_nan() { f64::INFINITY } else { time })
 }
 
-/// The friction law behind a loss of amplitude, without a model of it: [`amplitude_loss_rate`]
-/// turned round (Abel's integral equation).
+/// The friction law that causes a loss of amplitude, without assuming a model: the inverse of [`amplitude_loss_rate`]
+/// (Abel's integral equation).
 ///
 /// With `g(V) = (pi/2) m omega (-dA/dt)` at the velocity amplitude `V = A omega`,
 ///
@@ -83,15 +83,14 @@ pub fn time_to_fall(from: f64, to: f64, rate: impl Fn(f64) -> f64) -> Result<f64
 /// f(u) = 1/(pi u) d/du ∫_0^u 2 V² g(V)/sqrt(u² - V²) dV
 /// ```
 ///
-/// - `mass`: kg; `omega`: rad/s; `speed`: where the law is wanted, above zero
-/// - `loss_rate`: `-dA/dt` at an amplitude, smooth between zero and `speed/omega`
+/// - `mass`: kg; `omega`: rad/s; `speed`: speed at which the law is evaluated, above zero
+/// - `loss_rate`: `-dA/dt` as a function of the amplitude, smooth between zero and `speed/omega`
 ///
-/// Returns the force in N at that speed. The derivative is taken over a hundredth of
-/// `speed`, to 1e-9 for a law smooth on that scale; a kink is smeared over it.
+/// Returns the force in N at that speed. The derivative is taken over a hundredth of `speed`, accurate to 1e-9 for a
+/// law smooth on that scale; a kink is smoothed over it.
 ///
 /// # Errors
-/// [`Error::Parameter`] for a bad argument, or where `loss_rate` returned something not
-/// finite.
+/// [`Error::Parameter`] for an invalid argument, or if `loss_rate` returned a non-finite value.
 ///
 /// ```
 /// # use slipfit::motion::decay::law::friction_behind;
@@ -128,7 +127,7 @@ mod tests {
 
     #[test]
     fn a_kinked_law_is_integrated_to_twelve_digits() {
-        // Sliding above a threshold speed only: the integral is cos(th_0).
+        // Friction only above a threshold speed: the integral is cos(th_0).
         let rate = amplitude_loss_rate(1.0, 1.0, 1.0, |v| if v > 0.6 { 1.0 } else { 0.0 }).unwrap();
         assert!((rate / (2.0 / PI * 0.8) - 1.0).abs() < 1e-10);
         let power = amplitude_loss_rate(1.0, 1.0, 1.0, f64::sqrt).unwrap();
@@ -158,7 +157,7 @@ mod tests {
             &|v| 0.2 + 0.05 * v,
             &|v| 0.3 * v * v,
             &|v| 0.1 * v.powf(1.5),
-            // Stribeck: falling, then rising.
+            // Stribeck curve: falling, then rising.
             &|v| 0.2 * (-(v * v)).exp() + 0.1 + 0.02 * v,
         ];
         for (i, law) in laws.iter().enumerate() {

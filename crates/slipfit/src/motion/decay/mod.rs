@@ -1,12 +1,11 @@
 //! Free decay: exact, half cycle by half cycle, and as a slow envelope.
 //!
-//! - [`FreeDecay`]: viscous and sliding friction in closed form, at any time,
-//!   any quality factor, with the stop.
-//! - [`AmplitudeLaw`]: amplitude against time for sliding, viscous and drag loss
-//!   together, averaged over a cycle.
+//! - [`FreeDecay`]: viscous and sliding friction in closed form, at any time and for any quality factor, including
+//!   the stop.
+//! - [`AmplitudeLaw`]: amplitude against time for sliding, viscous and drag loss together, averaged over a cycle.
 //! - [`law`]: the loss rate of any other friction law.
-//! - [`averaged`]: the ring-down of Vitorino, Vieira and Rodrigues, eqs.
-//!   (15) to (18), beside the exact forms they approximate.
+//! - [`averaged`]: the ring-down of Vitorino, Vieira and Rodrigues, eqs. (15) to (18), next to the exact forms that
+//!   they approximate.
 
 pub(crate) mod amplitude;
 pub mod averaged;

@@ -1,17 +1,16 @@
-//! Parameters of a free decay as every fit lays them out: the amplitude, its losses, the
-//! phase, the offset.
+//! Layout of the parameters of a free decay, common to all fits: the amplitude, its losses, the phase, the offset.
 
 use super::amplitude::{AmplitudeLaw, sliding_gain};
 use super::path::{CARRIED, SHAPE};
 use crate::model::loss::{LossTerm, Shape};
 
-/// Amplitude at the start.
+/// Initial amplitude.
 pub(crate) const A0: usize = 0;
 /// Friction displacement.
 pub(crate) const X_F: usize = 1;
 /// Decay rate, 1/s.
 pub(crate) const DELTA: usize = 2;
-/// Drag rate; the coefficients of further loss terms follow it.
+/// Drag rate; the coefficients of further loss terms follow.
 pub(crate) const DRAG: usize = 3;
 /// Phase at the start, rad.
 pub(crate) const PHASE: usize = CARRIED;
@@ -23,10 +22,10 @@ pub(crate) const BEND: usize = PHASE + 2;
 pub(crate) const CHIRP: usize = PHASE + 3;
 /// Offset, its slope and its curvature over the window.
 pub(crate) const OFFSET: usize = PHASE + 4;
-/// All of them.
+/// Number of parameters.
 pub(crate) const COUNT: usize = OFFSET + 3;
 
-/// Amplitude law of a parameter vector, before the backbone changes it.
+/// Amplitude law of a parameter vector, before correction for the backbone.
 pub(crate) fn law_of(p: &[f64], omega: f64) -> AmplitudeLaw {
     let [gain, ..] = sliding_gain(p[DELTA], omega);
     let further = std::array::from_fn(|k| p[DRAG + 1 + k]);
@@ -37,31 +36,31 @@ pub(crate) fn law_of(p: &[f64], omega: f64) -> AmplitudeLaw {
     AmplitudeLaw { further, shapes, ..AmplitudeLaw::from_rates(p[A0], [gain * p[X_F], p[DELTA], p[DRAG]]) }
 }
 
-/// Where the parameter of the shape of a loss stands.
+/// Index of the shape parameter of a loss.
 pub(crate) fn shape_slot(term: LossTerm) -> Option<usize> {
     LossTerm::shaped().iter().position(|t| *t == term).map(|k| SHAPE + k)
 }
 
-/// Where the parameter of the shape of the loss stands whose coefficient stands here, and where its search begins.
+/// Index of the shape parameter of the loss with this coefficient index, and the start value of its search.
 pub(crate) fn shape_of(coefficient: usize) -> Option<(usize, f64)> {
     let mut further = LossTerm::further().iter().zip(DRAG + 1..);
     let (term, _) = further.find(|(_, slot)| *slot == coefficient)?;
     shape_slot(*term).zip(first_shape(*term))
 }
 
-/// Where the search for the shape of a loss begins.
+/// Start value of the search for the shape of a loss.
 pub(crate) fn first_shape(term: LossTerm) -> Option<f64> {
     term.shape_parameter()?.starts.first().copied()
 }
 
-/// Limits of a parameter: those of the shapes of losses have some.
+/// Limits of a parameter: only shape parameters of losses have finite ones.
 pub(crate) fn range(parameter: usize) -> [f64; 2] {
     let term = parameter.checked_sub(SHAPE).and_then(|k| LossTerm::shaped().get(k));
     let shape = term.and_then(|term| term.shape_parameter());
     shape.map_or([f64::NEG_INFINITY, f64::INFINITY], |shape| shape.range)
 }
 
-/// Whether the parameters of the shapes of losses lie within their limits.
+/// Whether the shape parameters of the losses lie within their limits.
 pub(crate) fn shapes_exist(p: &[f64]) -> bool {
     let within = |(s, term): (&f64, &LossTerm)| {
         let range = term.shape_parameter().map_or([0.0; 2], |shape| shape.range);
@@ -70,7 +69,7 @@ pub(crate) fn shapes_exist(p: &[f64]) -> bool {
     p[SHAPE..CARRIED].iter().zip(LossTerm::shaped()).all(within)
 }
 
-/// Derivatives by A0, x_F, delta, drag and further terms from those by A0, a0, a1, a2 …
+/// Derivatives with respect to A0, x_F, delta, drag and further terms from those with respect to A0, a0, a1, a2 …
 ///
 /// `gain`: [`sliding_gain`] of these parameters.
 #[inline(always)]

@@ -1,37 +1,40 @@
-//! The amplitude followed from point to point with its derivatives by start and loss terms.
+//! The amplitude followed from point to point, with its derivatives with respect to the initial amplitude and the
+//! loss terms.
 
 use super::amplitude::{self, AmplitudeLaw, FURTHER, FallingStep, IntegratedStep, exp_share, integrate_step};
 use super::backbone::{PerTerm, TERMS, backbone_factors};
 use super::dense::{LongStep, LossAt};
 use crate::model::loss::{LossTerm, SHAPED};
 
-/// Derivatives carried: by the start, `a0`, `a1`, `a2`, the further terms and the parameters of shapes.
+/// Number of derivatives carried: with respect to the initial amplitude, `a0`, `a1`, `a2`, the further terms and the
+/// shape parameters.
 pub(crate) const CARRIED: usize = SHAPE + SHAPED;
 
-/// Where the parameters of the shapes stand.
+/// Index of the first shape parameter.
 pub(crate) const SHAPE: usize = 4 + FURTHER;
 
-/// Longest step of the closed law, over the time in which the loss changes.
+/// Longest step of the closed law, relative to the time scale on which the loss changes.
 pub(super) const STEP: f64 = 0.3;
-/// Most parts of one step of the closed law, and of one that is integrated: in more than the latter the amplitude all
-/// but ends between two points.
+/// Maximum number of parts of one step of the closed law, and of an integrated step: a step that would need more than
+/// the latter almost ends the motion between two points.
 const MOST_PARTS: f64 = 64.0;
 const MOST_INTEGRATED_PARTS: f64 = 24.0;
-/// Part of the longest step that one between whose ends is interpolated may be: derivatives are then right to 1e-7.
+/// Length of a step with interpolation, as a part of the longest step: derivatives are then accurate to 1e-7.
 const INTERPOLATED_PART: f64 = 0.7;
-/// Most durations asked for that are one such step.
+/// Maximum length of such a step, in durations requested.
 const MOST_AHEAD: f64 = 64.0;
-/// How much faster the loss may change at the end of such a step than at its begin.
+/// Maximum ratio of the rate of change of the loss at the end of such a step to that at its beginning.
 const MOST_STIFFER: f64 = 2.0;
-/// Relative half width of the difference that the slope of a loss is where the frequency changes it.
+/// Relative half width of the central difference that gives the slope of a loss if a frequency shift modifies it.
 const NEAR: f64 = 1e-4;
 /// Order of the error of an integrated step.
 const ORDER: f64 = 5.0;
-/// First amplitude over the present one from which on integrated steps are longer, and the most that counts.
+/// Ratio of the initial to the present amplitude above which integrated steps are lengthened, and the largest ratio
+/// taken into account.
 const LONGER_STEPS_FROM: f64 = 4.0;
 const MOST_AMPLITUDE_RATIO: f64 = 1e6;
 
-/// The law in force where the frequency is shifted: each term times its factor.
+/// The effective law for a shifted frequency: each term times its factor.
 pub(crate) fn shifted(law: &AmplitudeLaw, f: &PerTerm) -> AmplitudeLaw {
     AmplitudeLaw {
         a0: law.a0 * f[0],
@@ -46,32 +49,32 @@ pub(crate) fn shifted(law: &AmplitudeLaw, f: &PerTerm) -> AmplitudeLaw {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct AmplitudePath {
     pub(crate) amplitude: f64,
-    /// By start, a0, a1, a2 and the further terms.
+    /// Derivatives with respect to the initial amplitude, a0, a1, a2 and the further terms.
     pub(crate) by: [f64; CARRIED],
     law: AmplitudeLaw,
-    /// Whether its closed form is the whole law.
+    /// Whether the closed form is the complete law.
     closed: bool,
     /// Relative shift of frequency per A² and A⁴, which changes the loss terms.
     backbone: [f64; 2],
     carried: Carried,
-    /// The last step where the law stays the same, and its duration.
+    /// The last step and its duration, for a law that does not change.
     last: (f64, Step),
-    /// The step of an integrated law within which the path is.
+    /// The current step of an integrated law.
     long: Option<LongStep<CARRIED>>,
 }
 
-/// The derivatives that are carried along.
+/// Which derivatives are carried along.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Carried {
     None,
-    /// By start, sliding, viscous and drag loss.
+    /// With respect to the initial amplitude, sliding, viscous and drag loss.
     Closed,
-    /// Those by the further terms besides.
+    /// Also with respect to the further terms.
     All,
 }
 
 impl Carried {
-    /// Those by these parameters, which begin with the start and the losses.
+    /// The derivatives needed for these parameters; the list begins with the initial amplitude and the losses.
     pub(crate) fn for_parameters(parameters: &[usize]) -> Self {
         match parameters {
             [] => Self::None,
@@ -81,7 +84,7 @@ impl Carried {
     }
 }
 
-/// What steps of one duration share.
+/// Data shared by all steps of one duration.
 #[derive(Debug, Clone, Copy)]
 enum Step {
     Linear(LinearStep),
@@ -89,7 +92,7 @@ enum Step {
     Other,
 }
 
-/// Relative difference of durations that is rounding.
+/// Relative difference of durations that is attributed to rounding.
 const SAME_STEP: f64 = 1e-12;
 
 /// The propagator of `dA/dt = -(a0 + a1 A)` over one step: `A -> A e - a0 g`,
@@ -99,7 +102,7 @@ pub(super) struct LinearStep {
     duration: f64,
     e: f64,
     g: f64,
-    /// `e` and `g` of half the step.
+    /// `e` and `g` for half the step.
     half: [f64; 2],
 }
 
@@ -107,7 +110,7 @@ impl LinearStep {
     fn new(a1: f64, duration: f64) -> Self {
         let h = duration;
         let x = 0.5 * a1 * h;
-        // expm1 twice over: e^(-2x) - 1 = m (2 + m).
+        // expm1 used twice: e^(-2x) - 1 = m (2 + m).
         let m = (-x).exp_m1();
         let share = if x.abs() < 1e-5 { exp_share(x) } else { -m / x };
         let (e, share_of_all) = ((1.0 + m) * (1.0 + m), 0.5 * share * (2.0 + m));
@@ -124,12 +127,12 @@ impl AmplitudePath {
         Self { amplitude: law.initial, by, law, closed, backbone, carried: Carried::All, last, long: None }
     }
 
-    /// The same with some of the derivatives alone.
+    /// The same path carrying only some of the derivatives.
     pub(crate) fn carrying(self, carried: Carried) -> Self {
         Self { carried, ..self }
     }
 
-    /// The law in force at an amplitude, and the factors that make it so.
+    /// The effective law at an amplitude, and the factors on its terms.
     fn local(&self, amplitude: f64) -> (AmplitudeLaw, PerTerm) {
         if self.backbone == [0.0; 2] {
             return (self.law, [1.0; TERMS]);
@@ -138,7 +141,7 @@ impl AmplitudePath {
         (shifted(&self.law, &f), f)
     }
 
-    /// Loss `-dA/dt` here.
+    /// Loss rate `-dA/dt` at the present amplitude.
     pub(crate) fn rate(&self) -> f64 {
         self.rate_at(self.amplitude)
     }
@@ -155,18 +158,18 @@ impl AmplitudePath {
         self.backbone == [0.0; 2] && self.law.a2 == 0.0 && self.closed
     }
 
-    /// How fast the loss changes with the amplitude, 1/s.
+    /// Rate at which the loss changes with the amplitude, 1/s.
     fn stiffness(&self) -> f64 {
         let a = self.amplitude;
-        // Below zero the further losses stay what they are at zero.
+        // Below zero amplitude the further losses keep their values at zero.
         if self.closed || a <= 0.0 {
             return self.law.a1.abs() + 2.0 * self.law.a2.abs() * a.abs();
         }
-        // Losses that cancel, as a fit of many terms tries them, change as little as their sum does.
+        // For losses that cancel, as a fit of many terms may try them, the change of their sum counts.
         self.law.rate_slope(a).abs().max(self.law.rate(a).abs() / a)
     }
 
-    /// Moves on by `duration` seconds (negative: back).
+    /// Moves on by `duration` seconds (backwards if negative).
     pub(crate) fn advance(&mut self, duration: f64) {
         if duration == 0.0 {
             return;
@@ -188,7 +191,7 @@ impl AmplitudePath {
         }
     }
 
-    /// The step of a law that stays the same; that of the last time where it was as long.
+    /// The step of a law that does not change; the previous one is reused if it was equally long.
     fn step(&mut self, duration: f64) -> Step {
         let (last_duration, last) = self.last;
         if (duration - last_duration).abs() <= SAME_STEP * duration.abs() {
@@ -203,19 +206,19 @@ impl AmplitudePath {
         step
     }
 
-    /// Parts of a step: each is exact where the law is closed, so that they only serve the derivatives.
+    /// Number of parts of a step. For a closed law each part is exact, so that the parts only serve the derivatives.
     fn parts(&self, duration: f64) -> usize {
         let (step, most) =
             if self.closed { (STEP, MOST_PARTS) } else { (self.integrated_step(), MOST_INTEGRATED_PARTS) };
         let parts = (self.stiffness() * duration.abs() / step).min(most);
-        // Rounded up, without the call that `ceil` is.
+        // Rounded up, without a function call to `ceil`.
         let whole = parts as usize;
         (whole + usize::from((whole as f64) < parts)).max(1)
     }
 
-    /// Longest step of an integrated law, over the time in which the loss changes. It may be longer at a small
-    /// amplitude, for the same error relative to the first one: where a loss ends the motion, as `A^n` with `n < 1`
-    /// does, it changes ever faster.
+    /// Longest step of an integrated law, relative to the time scale on which the loss changes. It may be longer at a
+    /// small amplitude for the same error relative to the initial one: if a loss ends the motion, as `A^n` with `n <
+    /// 1` does, the loss changes ever faster.
     fn integrated_step(&self) -> f64 {
         let ratio = self.law.initial / self.amplitude;
         let longer =
@@ -223,8 +226,7 @@ impl AmplitudePath {
         amplitude::STEP * longer
     }
 
-    /// Steps that move on by `duration` each time, where viscous and sliding loss act alone and the
-    /// frequency is constant.
+    /// Steps of `duration` each, if only viscous and sliding loss act and the frequency is constant.
     pub(super) fn even_steps(&self, duration: f64) -> Option<(usize, LinearStep)> {
         let parts = self.parts(duration);
         self.is_linear().then(|| (parts, LinearStep::new(self.law.a1, duration / parts as f64)))
@@ -243,7 +245,7 @@ impl AmplitudePath {
         self.carry([before, middle, self.amplitude], step.duration, [step.e, e_half, 1.0], [1.0; TERMS]);
     }
 
-    /// One step of a law with drag that the frequency does not change.
+    /// One step of a law with drag and constant frequency.
     fn advance_falling(&mut self, step: &FallingStep, part: f64) {
         let (law, before) = (self.law, self.amplitude);
         let [middle, after] = law.fall(before, step);
@@ -256,7 +258,7 @@ impl AmplitudePath {
         self.carry(points, part, slopes, [1.0; TERMS]);
     }
 
-    /// One step of any law, its terms taken as those in the middle.
+    /// One step of any law, with its terms evaluated in the middle.
     fn advance_part(&mut self, part: f64) {
         let before = self.amplitude;
         let (here, _) = self.local(before);
@@ -273,8 +275,8 @@ impl AmplitudePath {
         self.amplitude = after;
     }
 
-    /// Carries the derivatives over a step by Simpson's rule: `points` are the amplitudes at its
-    /// begin, middle and end, `slopes` the derivatives of the last by each of them.
+    /// Carries the derivatives over a step by Simpson's rule: `points` are the amplitudes at its beginning, middle
+    /// and end, `slopes` the derivatives of the last with respect to each of them.
     fn carry(&mut self, points: [f64; 3], duration: f64, slopes: [f64; 3], factors: PerTerm) {
         if self.carried == Carried::All {
             let losses = points.map(|a| self.loss(a, &factors).by);
@@ -292,8 +294,8 @@ impl AmplitudePath {
         }
     }
 
-    /// The loss at an amplitude, and its derivatives by the amplitude and by all that is carried. A loss whose shape
-    /// has a parameter refers to the start: `d/dA0 [A0 G(A/A0)] = G - u G'`.
+    /// The loss at an amplitude, and its derivatives with respect to the amplitude and all carried parameters. A loss
+    /// with a shape parameter depends on the initial amplitude: `d/dA0 [A0 G(A/A0)] = G - u G'`.
     fn loss(&self, amplitude: f64, factors: &PerTerm) -> LossAt<CARRIED> {
         let (law, a) = (&self.law, amplitude);
         let mut by = [0.0; CARRIED];
@@ -317,10 +319,10 @@ impl AmplitudePath {
     }
 }
 
-/// Integrated laws in steps of their own length.
+/// Integrated laws, with steps of their own length.
 impl AmplitudePath {
-    /// Moves on in steps that do not end where they are asked for, so that the amplitude is as smooth a function of the
-    /// parameters as of time; returns what is left of `duration` where no such step can be taken.
+    /// Moves on in steps that do not end at the requested times, so that the amplitude is as smooth a function of the
+    /// parameters as of time; returns the part of `duration` that remains if no such step can be taken.
     fn advance_long(&mut self, duration: f64) -> f64 {
         if !(duration > 0.0 && duration.is_finite()) {
             self.long = None;
@@ -354,7 +356,7 @@ impl AmplitudePath {
         }
     }
 
-    /// A step from here; `None` where the loss changes too much along it.
+    /// A step from the present amplitude; `None` if the loss changes too much along it.
     fn long_step(&self, duration: f64) -> Option<LongStep<CARRIED>> {
         let step = match &self.long {
             Some(last) => last.next(duration, |a| self.rate_at(a), |a| self.loss_at(a)),
@@ -367,7 +369,7 @@ impl AmplitudePath {
         (alike && there.amplitude.is_finite() && duration > f64::MIN_POSITIVE).then_some(step)
     }
 
-    /// The loss, what the frequency does to it included.
+    /// The loss, including the effect of the frequency shift.
     fn loss_at(&self, amplitude: f64) -> LossAt<CARRIED> {
         if self.backbone == [0.0; 2] {
             return self.loss(amplitude, &[1.0; TERMS]);
@@ -385,8 +387,8 @@ fn simpson(duration: f64, carry: [f64; 3], f: [f64; 3]) -> f64 {
     duration / 6.0 * (carry[0] * f[0] + 4.0 * carry[1] * f[1] + carry[2] * f[2])
 }
 
-/// Derivatives of the amplitude at the end of a step by those at its begin, middle and end: all lie on one curve, so
-/// that each is the ratio of its slopes, `rates`.
+/// Derivatives of the amplitude at the end of a step with respect to those at its beginning, middle and end: all lie
+/// on one trajectory, so that each derivative is a ratio of the slopes `rates`.
 fn slopes_along(
     law: &AmplitudeLaw,
     closed: bool,
@@ -442,7 +444,7 @@ mod tests {
         }
     }
 
-    /// Instants so close that a part of their distance is zero.
+    /// Times so close that a part of their distance underflows to zero.
     #[test]
     fn steps_below_all_numbers_end() {
         let mut law = AmplitudeLaw::from_rates(1.0, [0.1, 0.2, 0.0]);
@@ -454,7 +456,7 @@ mod tests {
         assert_eq!(path.amplitude, 1.0);
     }
 
-    /// A frequency that overflows puts its turning points at NaN or infinity.
+    /// A frequency that overflows gives turning points at NaN or infinity.
     #[test]
     fn steps_that_are_not_finite_end() {
         let mut law = AmplitudeLaw::from_rates(1.0, [0.1, 0.2, 0.0]);
@@ -469,7 +471,7 @@ mod tests {
         }
     }
 
-    /// Losses whose shape is fitted, their parameter among them, over a long decay.
+    /// Losses with a fitted shape, including the shape parameter, over a long decay.
     #[test]
     fn derivatives_by_shapes_are_those_of_differences() {
         for (k, shape) in [(0, 1.5), (1, 0.1), (2, 0.08)] {

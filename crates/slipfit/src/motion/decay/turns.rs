@@ -1,4 +1,4 @@
-//! The turning points of a free decay one after the other, with their derivatives.
+//! The turning points of a free decay in sequence, with their derivatives.
 
 use super::amplitude::sliding_gain;
 use super::drag::Slowing;
@@ -7,42 +7,42 @@ use super::path::{AmplitudePath, CARRIED, Carried, LinearStep};
 use super::window::Window;
 use std::f64::consts::PI;
 
-/// Relative change of the amplitude over several half cycles up to which they are passed in one step: what drag
-/// does to the phase is taken from its middle.
+/// Relative change of the amplitude over several half cycles up to which they are passed in one step; the effect of
+/// drag on the phase is evaluated in the middle of the step.
 const MOST_CHANGE: f64 = 0.02;
 
-/// A turning point with everything its half cycles need.
+/// A turning point with the quantities that its half cycles need.
 #[derive(Clone, Copy)]
 pub(super) struct Turn {
     pub(super) time: f64,
-    /// Rate of the phase but for drag.
+    /// Phase rate without the effect of drag.
     pub(super) omega: f64,
     pub(super) amplitude: f64,
-    /// Derivatives of the phase by all parameters of losses and phase.
+    /// Derivatives of the phase with respect to all loss and phase parameters.
     pub(super) phase_by: [f64; OFFSET],
-    /// Derivatives of the amplitude by all loss and phase parameters.
+    /// Derivatives of the amplitude with respect to all loss and phase parameters.
     pub(super) by: [f64; OFFSET],
 }
 
-/// The turning points one after the other.
+/// Sequence of the turning points.
 #[derive(Clone)]
 pub(super) struct Turns<'a> {
     window: &'a Window<'a>,
     p: &'a [f64],
     gain: [f64; 3],
     path: AmplitudePath,
-    /// Time of `path`.
+    /// Time of the current position of `path`.
     now: f64,
-    /// Phase that drag has cost until now, and its derivatives by amplitude and losses.
+    /// Phase lag due to drag so far, and its derivatives with respect to amplitude and losses.
     lag: f64,
     lag_by: [f64; CARRIED],
     /// Whether drag is part of the model.
     drags: bool,
-    /// Whether the phase but for drag is linear in time.
+    /// Whether the phase, apart from drag, is linear in time.
     straight: bool,
-    /// The steps from one turn to the next, where all half cycles are alike.
+    /// The steps from one turning point to the next, if all half cycles are equal.
     even: Option<(usize, LinearStep)>,
-    /// Whether the path has reached its first turn.
+    /// Whether the path has reached its first turning point.
     begun: bool,
 }
 
@@ -55,7 +55,7 @@ impl<'a> Turns<'a> {
         let path = AmplitudePath::new(law_of(p, p[OMEGA]), backbone).carrying(carried);
         let drags = p[DRAG] != 0.0 || window.active.contains(&DRAG);
         let straight = (window.bend.is_none() || p[BEND] == 0.0) && p[CHIRP] == 0.0;
-        // Drag that is zero bends none of them, though its derivative is wanted.
+        // Zero drag changes no half cycle, but its derivative may be needed.
         let alike = straight && p[DRAG] == 0.0 && carried != Carried::All;
         let even = if alike { path.even_steps(PI / p[OMEGA]) } else { None };
         Self {
@@ -73,27 +73,27 @@ impl<'a> Turns<'a> {
         }
     }
 
-    /// `lambda` of all half cycles where they are alike: the turning points of viscous and sliding loss obey
-    /// `X' + x_F = e^(-pi delta/omega) (X - x_F)`.
+    /// `lambda` of all half cycles if they are equal: the turning points of viscous and sliding loss obey `X' + x_F =
+    /// e^(-pi delta/omega) (X - x_F)`.
     #[inline(always)]
     pub(super) fn common_lambda(&self) -> Option<f64> {
         self.even.map(|_| -self.p[DELTA] / self.p[OMEGA])
     }
 
-    /// Turning point `n`, the one after the last asked for, near `guess`.
+    /// Turning point `n`, the next after the last one requested, near `guess`.
     #[inline(always)]
     pub(super) fn at(&mut self, n: f64, guess: f64) -> Turn {
         let even = self.even.filter(|_| self.begun);
         self.reach(n, guess, even)
     }
 
-    /// The turning point `count` after `turn`, of number `n` and the last asked for, in one step.
+    /// The turning point `count` after `turn`, which has number `n` and was the last one requested, in one step.
     #[inline(never)]
     pub(super) fn leap(&mut self, n: f64, turn: &Turn, count: f64) -> Turn {
         self.reach(n + count, turn.time + count * PI / turn.omega, None)
     }
 
-    /// Half cycles in which the amplitude changes so little that they are one step.
+    /// Number of half cycles in which the amplitude changes so little that they can be one step.
     pub(super) fn most_in_one(&self) -> f64 {
         MOST_CHANGE * self.path.amplitude.abs() * self.p[OMEGA] / (PI * self.path.rate().abs())
     }
@@ -131,7 +131,7 @@ impl<'a> Turns<'a> {
             *by = -lag;
         }
         phase_by[OMEGA] += self.lag / p[OMEGA];
-        // A later phase moves the turn: dX/dp = rate S/omega; and a0 depends on omega.
+        // A shift of the phase moves the turning point: dX/dp = rate S/omega; and a0 depends on omega.
         let rate = self.path.rate() / (omega - slowing.rate);
         for (by, phase_by) in by.iter_mut().zip(phase_by) {
             *by += rate * phase_by;
@@ -140,7 +140,7 @@ impl<'a> Turns<'a> {
         Turn { time, omega, amplitude: self.path.amplitude, phase_by, by }
     }
 
-    /// How much slower drag makes the phase run on the way to the turn near `guess`, with its derivatives.
+    /// Reduction of the phase rate by drag on the way to the turning point near `guess`, with its derivatives.
     #[inline(always)]
     fn slowing(&self, guess: f64) -> Slowing {
         let p = self.p;
@@ -151,7 +151,7 @@ impl<'a> Turns<'a> {
         Slowing::new(halfway, [p[DELTA], p[DRAG]], p[OMEGA])
     }
 
-    /// Time at which the phase reaches `n pi`, from a guess.
+    /// Time at which the phase reaches `n pi`, starting from a guess.
     #[inline(never)]
     fn turn_time(&self, n: f64, guess: f64, slowing: f64) -> f64 {
         let mut t = guess;

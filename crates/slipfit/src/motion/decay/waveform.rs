@@ -1,21 +1,21 @@
-//! Free decays at many times: the same closed form, several samples at once.
+//! Free decays at many times: the same closed form for several samples at once.
 
 use super::exact::{COUNTABLE, FreeDecay};
 use crate::error::Error;
 use crate::numeric::double_double::Dd;
 use pulp::{Simd, WithSimd};
 
-/// Largest decrement of a half cycle for which the series below suffice.
+/// Largest decrement per half cycle for which the series below suffice.
 const SLOW: f64 = 0.05;
 
-/// And the one below which four terms of the exponential do.
+/// Largest decrement for which four terms of the exponential suffice.
 const VERY_SLOW: f64 = 4e-4;
 
-/// Samples for which a second thread pays.
+/// Number of samples above which a second thread is worthwhile.
 #[cfg(feature = "threads")]
 const SHARED: usize = 1 << 15;
 
-/// Lanes of the widest registers there are.
+/// Maximum number of SIMD lanes.
 const MOST_LANES: usize = 16;
 
 impl FreeDecay {
@@ -57,7 +57,7 @@ fn fill_here(decay: &FreeDecay, time_s: &[f64], out: &mut [f64]) {
     }
 }
 
-/// What the samples of one half cycle share.
+/// Quantities common to the samples of one half cycle.
 #[derive(Clone, Copy)]
 struct HalfCycle {
     index: f64,
@@ -65,13 +65,13 @@ struct HalfCycle {
     offset: f64,
 }
 
-/// `offset + amplitude e^(-delta w) sin(omega_d w - lag)`, with `w` from the middle of the half
-/// cycle: `(delta/omega_d) cos - sin` joined into one sine, `tan(lag) = delta/omega_d`.
+/// `offset + amplitude e^(-delta w) sin(omega_d w - lag)`, with `w` from the middle of the half cycle:
+/// `(delta/omega_d) cos - sin` combined into one sine, `tan(lag) = delta/omega_d`.
 struct Evaluate<'a, const TERMS: usize> {
     decay: &'a FreeDecay,
     time_s: &'a [f64],
     out: &'a mut [f64],
-    /// Number of the half cycle at which the motion ends, and where.
+    /// Number of the half cycle at which the motion ends, and the rest position.
     end: f64,
     rest: f64,
     /// `e^(-lambda/2) sqrt(1 + (delta/omega_d)²)`.
@@ -93,14 +93,14 @@ impl<'a, const TERMS: usize> Evaluate<'a, TERMS> {
         HalfCycle { index, amplitude, offset: sign * x_f }
     }
 
-    /// Lanes that lie in several half cycles, before the first turn or after the stop: those
-    /// whose time must be left out, and what is known of each.
+    /// Lanes that lie in several half cycles, before the first turning point or after the stop: which times to keep,
+    /// and the amplitude and offset of each lane.
     #[cold]
     fn apart(&self, times: &[f64], counts: &[f64], known: &mut HalfCycle) -> [[f64; MOST_LANES]; 3] {
         let [mut keep, mut amplitude, mut offset] = [[0.0; MOST_LANES]; 3];
         for (i, (t, n)) in times.iter().zip(counts).enumerate() {
             if !(*n >= 0.0 && *n < self.end.min(COUNTABLE)) {
-                // Too far to count is rare enough for the slow way.
+                // Times too late to be counted are rare enough for the slow path.
                 offset[i] = if *n >= self.end { self.rest } else { self.decay.displacement(*t) };
                 continue;
             }
@@ -160,7 +160,7 @@ impl<const TERMS: usize> Evaluate<'_, TERMS> {
         s.partial_store_f64s(&mut counts[..S::F64_LANES], n);
         let [keep, amplitude, offset] = self.apart(&at[..S::F64_LANES], &counts[..S::F64_LANES], known);
         let load = |lanes: &[f64; MOST_LANES]| s.partial_load_f64s(&lanes[..S::F64_LANES]);
-        // A lane left out may hold a time of any size: none is multiplied into a number.
+        // An excluded lane may contain a time of any size: it is replaced by zero before the multiplication.
         let w = s.select_f64s(s.greater_than_f64s(load(&keep), s.splat_f64s(0.0)), w, s.splat_f64s(0.0));
         kernel.wave::<TERMS>(s, w, load(&amplitude), load(&offset))
     }
@@ -194,10 +194,10 @@ impl<S: Simd> Kernel<S> {
         }
     }
 
-    /// Time from the middle of its half cycle, and the number of that.
+    /// Time from the middle of the half cycle, and the number of the half cycle.
     #[inline(always)]
     fn reduce(&self, s: S, t: S::f64s) -> (S::f64s, S::f64s) {
-        // Adding and taking away 3 * 2^51 rounds to a whole number.
+        // Adding and subtracting 3 * 2^51 rounds to an integer.
         let (round, half) = (s.splat_f64s(6_755_399_441_055_744.0), s.splat_f64s(0.5));
         let [t1, t2, t3] = self.thirds;
         // t - first in two parts (Knuth).
@@ -228,7 +228,7 @@ impl<S: Simd> Kernel<S> {
     }
 }
 
-/// `sin(r)/r` in powers of `r²` for `|r| <= 1.62`, Chebyshev: off by less than 4e-19.
+/// `sin(r)/r` in powers of `r²` for `|r| <= 1.62`, Chebyshev approximation: error below 4e-19.
 const SIN: [f64; 9] = [
     1.0,
     -0.166_666_666_666_666_66,
@@ -241,8 +241,8 @@ const SIN: [f64; 9] = [
     2.715_949_156_485_778e-15,
 ];
 
-/// Taylor: the first term left out is below 4e-18 at `SLOW/2` (eight terms) and below 7e-17
-/// at `VERY_SLOW/2` (four).
+/// Taylor coefficients: the first omitted term is below 4e-18 at `SLOW/2` (eight terms) and below 7e-17 at
+/// `VERY_SLOW/2` (four).
 const EXP: [f64; 8] = [1.0, 1.0, 1.0 / 2.0, 1.0 / 6.0, 1.0 / 24.0, 1.0 / 120.0, 1.0 / 720.0, 1.0 / 5040.0];
 
 #[cfg(test)]

@@ -33,7 +33,7 @@ impl Bend {
         Self { step, knots }
     }
 
-    /// Integral and rate at a time, extended with the end rates.
+    /// Integral and rate at a time; extrapolated with the end rates.
     #[inline(always)]
     pub(crate) fn at(&self, t: f64) -> (f64, f64) {
         let last = self.knots.len() - 1;
@@ -55,10 +55,10 @@ impl Bend {
     }
 }
 
-/// What the samples show of the motion.
+/// The quantity that is sampled.
 ///
-/// Lengths among the parameters, amplitude and friction displacement, are those of the signal: displacements times
-/// `omega` for velocities, times `omega²` for accelerations.
+/// Parameters with the unit of the signal (amplitude and friction displacement) are displacements times `omega` for
+/// velocities, times `omega²` for accelerations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) enum Observable {
     #[default]
@@ -68,7 +68,7 @@ pub(crate) enum Observable {
 }
 
 impl Observable {
-    /// How often the displacement is differentiated.
+    /// Number of times the displacement is differentiated.
     pub(crate) fn order(self) -> i32 {
         match self {
             Self::Displacement => 0,
@@ -77,34 +77,34 @@ impl Observable {
         }
     }
 
-    /// By what the phase of the signal is ahead of that of the displacement, rad.
+    /// Phase lead of the signal over the displacement, rad.
     pub(crate) fn phase_lead(self) -> f64 {
         f64::from(self.order()) * FRAC_PI_2
     }
 }
 
-/// Samples of a window and the shape of the model.
+/// Samples of a window and the structure of the model.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Window<'a> {
-    /// s, never decreasing.
+    /// s, non-decreasing.
     pub(crate) time: &'a [f64],
     pub(crate) signal: &'a [f64],
     pub(crate) observable: Observable,
-    /// Samples closer to a turn than this, rad, do not count.
+    /// Samples closer to a turning point than this, rad, are excluded.
     pub(crate) guard: f64,
-    /// Time the parameters refer to, s.
+    /// Reference time of the parameters, s.
     pub(crate) origin: f64,
     pub(crate) duration: f64,
-    /// Shape of the backbone; `None` leaves [`BEND`] without effect.
+    /// Shape of the backbone; `None` disables [`BEND`].
     pub(crate) bend: Option<&'a Bend>,
-    /// Whether the place of rest is part of the model; where not, the model is zero there.
+    /// Whether the rest position is part of the model; otherwise the model is zero there.
     pub(crate) rest_tells: bool,
-    /// Parameters whose derivatives are wanted.
+    /// Parameters whose derivatives are computed.
     pub(crate) active: &'a [usize],
 }
 
 impl Window<'_> {
-    /// Phase and its rate `t` after the origin, and the shape functions of the phase parameters.
+    /// Phase and its rate at the time `t` after the origin, and the shape functions of the phase parameters.
     #[inline(always)]
     pub(crate) fn phase(&self, p: &[f64], t: f64) -> (f64, f64, [f64; 4]) {
         let (i, r) = self.bend.map_or((0.0, 0.0), |b| b.at(t));
