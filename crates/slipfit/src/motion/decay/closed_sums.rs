@@ -15,9 +15,9 @@ pub(crate) struct Pass<'a> {
     pub(crate) origin: f64,
     pub(crate) p: &'a [f64; 6],
     pub(crate) stop: Stop,
-    /// Whether the place of rest is part of the model; where not, the model is the offset there.
+    /// Whether the rest position is part of the model; otherwise the model equals the offset there.
     pub(crate) rest_tells: bool,
-    /// Samples at which a new part begins, ascending, and the sums of the parts before the last of them.
+    /// Samples at which a new part begins, ascending, and the sums of all parts before the last.
     pub(crate) borders: &'a [usize],
     pub(crate) parts: &'a mut Vec<ClosedSums>,
 }

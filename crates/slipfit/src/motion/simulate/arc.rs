@@ -1,4 +1,4 @@
-//! Motion between two events: linear, so closed.
+//! Motion between two events, which is linear and therefore has a closed form.
 //!
 //! With `lambda = -delta + i omega_d` and `psi = v + (delta + i omega_d) y`, where
 //! `y` is the displacement since the arc began, the equation of motion is
@@ -8,10 +8,9 @@
 //! f(u) = f_0 + omega_0² (U(u) - U(0)),   f_0 = omega_0² (U(0) - x_start ∓ x_F)
 //! ```
 //!
-//! so `psi(u) = e^(lambda u) v_start + ∫ e^(lambda (u - s)) f(s) ds`. Counting from
-//! the arc's own start, with the integrals written as `(e^z - 1)/z`, leaves no
-//! large steady part for a transient to cancel, neither at resonance nor in a
-//! slip of a millionth of a period.
+//! so `psi(u) = e^(lambda u) v_start + ∫ e^(lambda (u - s)) f(s) ds`. Because displacements are counted from the
+//! start of the arc and the integrals are written as `(e^z - 1)/z`, there is no large steady part to be cancelled by
+//! a transient, neither at resonance nor in a slip of a millionth of a period.
 
 use super::certify::first_zero;
 use super::local::{Local, first_turn_of};
@@ -23,7 +22,7 @@ pub(crate) struct Arc {
     pub(super) start: f64,
     pub(super) velocity: f64,
     pub(super) direction: f64,
-    /// Acceleration at the start, less the viscous part.
+    /// Acceleration at the start without the viscous part.
     pub(super) pull: f64,
 }
 
@@ -47,7 +46,7 @@ impl Arc {
         self.point(k, e_lambda, one, forced)
     }
 
-    /// From the exponentials and what the drive adds.
+    /// The state from the exponentials and the contribution of the drive.
     #[inline(always)]
     fn point(&self, k: &Constants, e_lambda: C64, one: C64, (forced, rise, slope): (C64, f64, f64)) -> Point {
         let psi = e_lambda * self.velocity + one * self.pull + forced * k.square;
@@ -61,27 +60,26 @@ impl Arc {
     /// Bound on the third derivative of velocity up to `reach`.
     fn bound(&self, k: &Constants, drive: &Local, reach: f64) -> f64 {
         let [swing, d1, d2, _] = drive.bounds(reach);
-        // psi about the equilibrium the pull alone would have.
+        // psi about the equilibrium position under the pull alone.
         let centre = self.pull / k.square;
         let psi =
             C64::new(self.velocity - k.delta * centre, -k.omega_d * centre).norm() + k.square * swing * reach;
         let first = k.omega_0 * psi + k.square * swing;
         let second = k.omega_0 * first + k.square * d1;
         let third = k.omega_0 * second + k.square * d2;
-        // v = Re psi - delta Im psi/omega_d; a hair of slack covers rounding.
+        // v = Re psi - delta Im psi/omega_d; a small margin covers rounding.
         third * (k.omega_0 / k.omega_d) * 1.000_001
     }
 
-    /// The first turn of a slip from rest under one harmonic, and the displacement up to it,
-    /// begun from a guess; `None` where the turn found may not be the first.
+    /// The first turning point of a slip from rest under one harmonic, and the displacement up to it, starting from a
+    /// guess; `None` if the turning point found may not be the first.
     ///
-    /// Velocity obeys `L v = v'' + 2 delta v' + omega_0² v = omega_0² U'`, and on less than
-    /// `pi/omega_d` the operator `L` is disconjugate: between two zeros that near to each other
-    /// a positive `v` needs `L v < 0` somewhere, a negative one `L v > 0`. `v` leaves zero along
-    /// `s` and passes down through the root found. Were there zeros in between, an even number,
-    /// the signs of `s L v` would have to run `-, +, -` on the way: two changes of the sign of
-    /// `U'`, which a harmonic has at known times. A longer slip is cut at some `a` with
-    /// `s v(a) > 0`: before it only `-, +`, after it only `+, -` could hide zeros.
+    /// Velocity obeys `L v = v'' + 2 delta v' + omega_0² v = omega_0² U'`, and on less than `pi/omega_d` the operator
+    /// `L` is disconjugate: between two zeros within this distance, a positive `v` requires `L v < 0` somewhere, and
+    /// a negative one `L v > 0`. `v` leaves zero along `s` and falls through the root found. If there were zeros in
+    /// between (an even number), the signs of `s L v` would have to be `-, +, -` in sequence: two sign changes of
+    /// `U'`, which a harmonic has at known times. A longer slip is divided at some `a` with `s v(a) > 0`: before it
+    /// only the sequence `-, +`, after it only `+, -` could hide zeros.
     pub(crate) fn turn_near(&self, k: &Constants, drive: &Local, guess: f64) -> Option<(f64, f64)> {
         use std::f64::consts::{PI, TAU};
         let tone = drive.only_tone()?;
@@ -103,7 +101,7 @@ impl Arc {
             let e = C64::new(cos, sin);
             let p = self.point(k, e_lambda, one, tone.convolved(u, e, e_lambda, one));
             last = (u, e_lambda, e);
-            // Halley's method; the last step is too short for what it leaves out.
+            // Halley's method; the last step is so short that the neglected terms do not matter.
             let step = p.velocity / (p.acceleration - 0.5 * p.velocity * p.jerk / p.acceleration);
             if !(s * p.acceleration < -steep && step.abs() < 0.1 * guess) {
                 return None;
@@ -118,7 +116,7 @@ impl Arc {
         if !found || u >= 2.0 * window {
             return None;
         }
-        // s U' goes as sin(omega u + theta).
+        // s U' varies as sin(omega u + theta).
         let theta = first_turn_of(phase + if s > 0.0 { PI } else { 0.0 });
         if u < window {
             let changes = ((theta + omega * u) / PI).floor() - (theta / PI).floor();
@@ -131,7 +129,8 @@ impl Arc {
         let (at, e_lambda, e) = last;
         let middle = 0.5 * at;
         if low < middle && middle < high && omega * at < TAU {
-            // Half way the exponentials are roots; near zero theirs would be too rough a sign.
+            // At half the time the exponentials are square roots; near zero these roots would be too inaccurate for a
+            // sign.
             let (e_lambda, e) = (half_way(e_lambda), half_way(e));
             let one = k.ramp(middle, e_lambda);
             let p = self.point(k, e_lambda, one, tone.convolved(middle, e, e_lambda, one));
@@ -143,20 +142,20 @@ impl Arc {
         if low < high {
             return above(0.5 * (low + high)).then_some((u, moved));
         }
-        // A stretch is left that the signs cannot clear: it is searched.
+        // The interval for which the signs give no proof is searched.
         let clear = above(high)
             && above(low)
             && self.search(k, drive, high, 0.25 * k.reach, low, self.bound(k, drive, low)).is_none();
         clear.then_some((u, moved))
     }
 
-    /// First time up to `reach` at which velocity comes to zero; `None` if it keeps its sign.
+    /// First time up to `reach` at which the velocity becomes zero; `None` if it keeps its sign.
     pub(crate) fn first_turn(&self, k: &Constants, drive: &Local, reach: f64) -> Option<f64> {
         let m3 = self.bound(k, drive, reach);
         let s = self.direction;
         let (mut u, mut trust) = (0.0, reach);
         if self.velocity == 0.0 {
-            // g(0) = 0: leave along g' u + g'' u²/2 - M u³/6, positive up to its root.
+            // g(0) = 0: start along g' u + g'' u²/2 - M u³/6, which is positive up to its root.
             let g1 = (s * self.pull).max(0.0);
             let g2 = 0.5 * s * (k.square * drive.slope_at_start() - 2.0 * k.delta * self.pull);
             let root = (g2 * g2 + m3 / 1.5 * g1).sqrt();
@@ -179,7 +178,7 @@ impl Arc {
         m3: f64,
     ) -> Option<f64> {
         let s = self.direction;
-        // Rounding of velocity: what has acted so far, not what will.
+        // Rounding error of the velocity, from the forces up to now only.
         let force = self.pull.abs() + k.square * drive.strength();
         first_zero(start, trust, reach, m3, |u| {
             let p = self.at(k, drive, u);

@@ -1,14 +1,13 @@
-//! Finding the first zero of a smooth function without ever stepping over one.
+//! Finds the first zero of a smooth function without stepping over one.
 
-/// First zero after `start`, up to `reach`, of a `g` that is not negative there.
+/// First zero after `start`, up to `reach`, of a function `g` that is not negative at `start`.
 ///
-/// `eval` gives `g`, `g'`, `g''` and the noise in `g`, below which a value that falls
-/// counts as zero; `m3` bounds `|g'''|`.
+/// `eval` gives `g`, `g'`, `g''` and the noise of `g`, below which a decreasing value counts as zero; `m3` bounds
+/// `|g'''|`.
 ///
-/// Over the next `H`, `-g''` is at most `m = max(0, -g'') + m3 H`, so no zero lies
-/// before the `h` that solves `g + g' h - m h²/2 = 0`, as long as `h <= H`.
-/// Stepping by that `h` cannot jump a pair of zeros however close, and turns into
-/// Newton's method at a simple one.
+/// Over the next `H`, `-g''` is at most `m = max(0, -g'') + m3 H`, so no zero lies before the `h` that solves `g + g'
+/// h - m h²/2 = 0`, as long as `h <= H`. Steps of this length cannot skip a pair of zeros, however close, and become
+/// Newton's method at a simple zero.
 pub(super) fn first_zero(
     start: f64,
     trust: f64,
@@ -38,7 +37,7 @@ pub(super) fn first_zero(
         }
         let h = if h.is_nan() { trust } else { h.min(trust) };
         steps += 1;
-        // A step of one ulp, or thousands of them: a zero to all digits there are.
+        // A step of one ulp, or thousands of steps: the zero is found to full precision.
         if u + h <= u * (1.0 + 2e-16) || steps > 20_000 {
             return Some(polish(u, g, g1, reach));
         }
@@ -48,7 +47,7 @@ pub(super) fn first_zero(
     None
 }
 
-/// One Newton step back onto the zero, not leaving the span.
+/// One Newton step towards the zero, limited to the interval.
 fn polish(u: f64, g: f64, g1: f64, reach: f64) -> f64 {
     let step = g / g1;
     if g1 < 0.0 && step.abs() < 1e-6 * reach { (u - step).clamp(0.0, reach) } else { u }

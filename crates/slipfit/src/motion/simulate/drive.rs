@@ -1,4 +1,4 @@
-//! Drives: what moves the far end of the spring.
+//! Drives: the motion of the far end of the spring.
 
 use super::local::{CHIRP_SPAN, Chirp, Local, Tone};
 use super::transition::{C64, Constants};
@@ -9,7 +9,7 @@ use crate::numeric::trig::{PI_A, PI_B, PI_C};
 
 /// Motion `u(t)` of the base, the spring's far end; the force on the mass is `k (u - x)`.
 ///
-/// A force `P(t)` on the mass is the same as a base moving by `P/k`.
+/// A force `P(t)` on the mass is equivalent to a base moving by `P/k`.
 ///
 /// ```
 /// # use slipfit::motion::simulate::Drive;
@@ -21,7 +21,7 @@ use crate::numeric::trig::{PI_A, PI_B, PI_C};
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Drive {
-    /// In order; the first reaches back for ever.
+    /// In order of time; the first stage extends to minus infinity.
     stages: Vec<(f64, Source)>,
 }
 
@@ -84,13 +84,11 @@ impl Drive {
         Ok(Self::from_source(Source::Harmonics { offset, harmonics: harmonics.to_vec() }))
     }
 
-    /// A frequency sweep, up or down: `amplitude cos(phase(t))` with `phase'` going
-    /// linearly from `omega_start` to `omega_end` between the two times, and constant
-    /// before and after; phase zero at `start_s`.
+    /// A frequency sweep, up or down: `amplitude cos(phase(t))`. `phase'` changes linearly from `omega_start` to
+    /// `omega_end` between the two times and is constant before and after; the phase is zero at `start_s`.
     ///
-    /// Within an arc the quadratic part of the phase is kept below 1e-3 rad and expanded
-    /// to the fourth power, each power in closed form: an error below 1e-17 of the
-    /// amplitude, for slow and fast sweeps alike.
+    /// Within an arc the quadratic part of the phase is kept below 1e-3 rad and expanded to the fourth power, with
+    /// each power in closed form. The error is below 1e-17 of the amplitude, for slow and fast sweeps alike.
     ///
     /// # Errors
     /// [`Error::Parameter`] unless frequencies are above zero and `start_s < end_s`.
@@ -115,8 +113,7 @@ impl Drive {
         Ok(Self::from_source(Source::Chirp { amplitude, omega, time, rate }))
     }
 
-    /// A sampled drive: straight lines between the samples, held before the first and
-    /// after the last.
+    /// A sampled drive: linear interpolation between the samples, constant before the first and after the last.
     ///
     /// # Errors
     /// [`Error::Length`] if the arrays differ, [`Error::TooFewSamples`] if empty,
@@ -137,7 +134,7 @@ impl Drive {
             finite("time_s", *t)?;
             moderate("displacement", *x)?;
         }
-        // A slope too steep for a number would make the motion none.
+        // A slope too steep to represent would make the motion undefined.
         let steep = |i: &usize| {
             let slope = (displacement[i + 1] - displacement[*i]) / (time_s[i + 1] - time_s[*i]);
             time_s[*i] < time_s[i + 1] && slope.abs() > 1e150
@@ -176,7 +173,7 @@ impl Drive {
         Ok(self)
     }
 
-    /// This drive switched off at `time_s`: the base is at zero from there on.
+    /// This drive, switched off at `time_s`: the base is at zero from then on.
     ///
     /// # Errors
     /// As [`Drive::then`].
@@ -184,8 +181,7 @@ impl Drive {
         self.then(time_s, Self::none())
     }
 
-    /// The highest angular frequency a harmonic or a sweep reaches, rad/s; `None` for a
-    /// drive without any.
+    /// The highest angular frequency of a harmonic or a sweep, rad/s; `None` for a drive that has neither.
     pub(crate) fn highest_omega(&self) -> Option<f64> {
         let of = |source: &Source| match source {
             Source::Harmonics { harmonics, .. } => harmonics.iter().map(|h| h.omega).reduce(f64::max),
@@ -195,10 +191,10 @@ impl Drive {
         self.stages.iter().filter_map(|(_, source)| of(source)).reduce(f64::max)
     }
 
-    /// Whether output at `rate_hz` can show this drive: it must lie below half that rate.
+    /// Whether output at `rate_hz` can resolve this drive: its frequency must lie below half that rate.
     ///
     /// # Errors
-    /// [`Error::Parameter`] naming the drive's frequency where it does not, or a bad rate.
+    /// [`Error::Parameter`] naming the drive's frequency if it does not, or an invalid rate.
     pub fn check_sampling(&self, rate_hz: f64) -> Result<(), Error> {
         above_zero("rate_hz", rate_hz)?;
         match self.highest_omega().map(|w| w / std::f64::consts::TAU) {
@@ -211,7 +207,7 @@ impl Drive {
         }
     }
 
-    /// The base's position at a time.
+    /// Position of the base at a time.
     pub fn displacement(&self, time_s: f64) -> f64 {
         let stage = self.stage_at(time_s);
         self.stages[stage].1.value(Dd::from_f64(time_s))
@@ -221,7 +217,7 @@ impl Drive {
         self.stages.partition_point(|s| s.0 <= time_s).saturating_sub(1)
     }
 
-    /// Writes the drive as seen from `t` into `out`, whose buffers are reused.
+    /// Writes the drive relative to the time `t` into `out`, whose buffers are reused.
     pub(super) fn localise(&self, k: &Constants, t: Dd, out: &mut Local) {
         let stage = self.stage_at(t.hi);
         let next = self.stages.get(stage + 1).map(|s| s.0);
@@ -245,7 +241,7 @@ impl Drive {
 }
 
 fn strength(name: &'static str, value: f64) -> Result<(), Error> {
-    // Below, its derivatives would underflow.
+    // Below this, its derivatives would underflow.
     if value == 0.0 || (1e-150..=1e100).contains(&value.abs()) {
         Ok(())
     } else {
@@ -254,7 +250,7 @@ fn strength(name: &'static str, value: f64) -> Result<(), Error> {
 }
 
 fn frequency(name: &'static str, value: f64) -> Result<(), Error> {
-    // Cubes of it are needed.
+    // Its cube must not overflow.
     if value > 0.0 && value <= 1e50 {
         Ok(())
     } else {
@@ -268,7 +264,7 @@ fn turn(omega: f64, t: Dd, phase: f64) -> C64 {
     C64::new(cos, sin)
 }
 
-/// `omega t + phase` within half a turn, reduced at doubled precision.
+/// `omega t + phase` within half a turn, reduced in double-double precision.
 #[inline]
 fn angle(omega: f64, t: Dd, phase: f64) -> f64 {
     use std::f64::consts::{PI, TAU};
@@ -277,7 +273,7 @@ fn angle(omega: f64, t: Dd, phase: f64) -> f64 {
     let p = dd::two_product(t.hi, omega);
     let turns = (p.hi * ONE_TURN + MAGIC) - MAGIC;
     if turns.abs() < TURNS && phase.abs() <= PI {
-        // The first difference is exact, and so are the turns times the first two parts.
+        // The first difference is exact, and so are the products of the turns with the first two parts.
         let small = (p.lo + t.lo * omega) - turns * (2.0 * PI_B) - turns * (2.0 * PI_C);
         let angle = (p.hi - turns * (2.0 * PI_A)) + small + phase;
         return if angle > PI {
@@ -294,7 +290,7 @@ fn angle(omega: f64, t: Dd, phase: f64) -> f64 {
     p.sub(two_pi.scale(turns)).value()
 }
 
-/// Turns below which [`angle`] may take pi in three parts.
+/// Number of turns below which [`angle`] may use pi in three parts.
 const TURNS: f64 = 33_554_432.0;
 
 /// Phase of a chirp, rad, and its frequency, `t` after its start.
@@ -351,7 +347,7 @@ impl Source {
                 out.tones.resize_with(harmonics.len(), || Tone::new(k, f64::NAN, 0.0, 0.0));
                 for (h, tone) in harmonics.iter().zip(&mut out.tones) {
                     let angle = angle(h.omega, t, h.phase);
-                    // Small divisors are those of the frequency, not of the time.
+                    // The small divisors depend on the frequency, not on the time.
                     *tone = if tone.omega == h.omega {
                         tone.at(h.amplitude, angle)
                     } else {

@@ -1,4 +1,4 @@
-//! What happens on the way, and the friction that decides it.
+//! Events of a motion, and the friction that decides between them.
 
 use crate::error::Error;
 use crate::model::oscillator::Oscillator;
@@ -11,17 +11,17 @@ pub struct Friction {
 }
 
 impl Friction {
-    /// The oscillator's own, the same both ways.
+    /// The oscillator's own friction, equal in both directions.
     pub fn of(oscillator: &Oscillator) -> Self {
         let (f, s) = (oscillator.friction_displacement(), oscillator.static_displacement());
         Self { kinetic: [f, f], holding: [s, s] }
     }
 
-    /// Kinetic friction against motion to positive and to negative `x`, and the static
-    /// friction that holds against a pull to positive and to negative `x`.
+    /// Kinetic friction against motion to positive and to negative `x`, and static friction against a pull to
+    /// positive and to negative `x`.
     ///
     /// # Errors
-    /// [`Error::Parameter`] unless `0 <= kinetic <= static < infinity` both ways.
+    /// [`Error::Parameter`] unless `0 <= kinetic <= static < infinity` in both directions.
     pub fn asymmetric(kinetic: [f64; 2], holding: [f64; 2]) -> Result<Self, Error> {
         for i in 0..2 {
             crate::model::oscillator::at_least_zero("kinetic friction displacement", kinetic[i])?;
@@ -52,7 +52,7 @@ impl Friction {
     }
 }
 
-/// What happened.
+/// Kind of an event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum EventKind {
@@ -60,7 +60,7 @@ pub enum EventKind {
     Turn,
     /// The mass stopped; it may be released later.
     Stop,
-    /// The mass stopped, and nothing to come will release it.
+    /// The mass stopped, and the remaining drive will not release it.
     Rest,
     /// The pull exceeded static friction and the mass began to slide.
     Release,
@@ -71,21 +71,21 @@ pub enum EventKind {
 /// One event of a motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Event {
-    /// What happened.
+    /// Kind of the event.
     pub kind: EventKind,
-    /// When, s.
+    /// Time, s.
     pub time_s: f64,
-    /// Where.
+    /// Displacement.
     pub position: f64,
     /// Velocity, per s: zero except at a drive change.
     pub velocity: f64,
-    /// Direction of motion from here on: 1, -1, or 0 at rest.
+    /// Direction of motion after the event: 1, -1, or 0 at rest.
     pub direction: f64,
     /// Position of the base.
     pub drive: f64,
 }
 
-/// A state on the way.
+/// State of the motion at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct State {
     /// s

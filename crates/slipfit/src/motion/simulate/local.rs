@@ -1,8 +1,8 @@
-//! The drive as an arc sees it, counted from the arc's own start.
+//! The drive as it acts on one arc, relative to the start of the arc.
 
 use super::transition::{C64, Constants, convolve, phi_2};
 
-/// `U(u) - U(0)` as tones, a slope and a chirp; good up to `end`.
+/// `U(u) - U(0)` as harmonics, a slope and a chirp; valid up to `end`.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Local {
     /// `U(0)`.
@@ -10,13 +10,13 @@ pub(crate) struct Local {
     pub(super) tones: Vec<Tone>,
     pub(super) slope: f64,
     pub(super) chirp: Option<Chirp>,
-    /// Seconds for which this holds.
+    /// Duration of validity, s.
     pub(super) end: f64,
-    /// The time at which it ends, where that is a number given by the caller.
+    /// The time at which it ends, if the caller gave it as a number.
     pub(super) end_time: Option<f64>,
-    /// Whether another stage of the drive begins there.
+    /// Whether another stage of the drive begins at the end.
     pub(super) stage_ends: bool,
-    /// The whole future of the drive keeps to this interval, if known.
+    /// Interval that contains the drive at all later times, if known.
     pub(super) range: (f64, f64),
 }
 
@@ -25,7 +25,7 @@ pub(crate) struct Local {
 pub(super) struct Tone {
     pub(super) omega: f64,
     pub(super) c: C64,
-    /// `c` as `size e^(i angle)`, the angle of any turn.
+    /// `c` as `size e^(i angle)`; the angle is not reduced.
     size: f64,
     angle: f64,
     z: [C64; 2],
@@ -34,13 +34,13 @@ pub(super) struct Tone {
 
 impl Tone {
     pub(super) fn new(k: &Constants, omega: f64, size: f64, angle: f64) -> Self {
-        // omega - omega_d at full precision: near resonance it is the small divisor.
+        // omega - omega_d at full precision, because it is the small divisor near resonance.
         let z = [C64::new(k.delta, omega - k.omega_d), C64::new(k.delta, -omega - k.omega_d)];
         let inverse = z.map(|z| if z.norm_sqr() > 0.0 { z.inv() } else { C64::default() });
         Self { omega, c: C64::default(), size, angle, z, inverse }.at(size, angle)
     }
 
-    /// [`Local::convolved`] of this tone alone, `e = e^(i omega u)`.
+    /// [`Local::convolved`] for this harmonic alone, `e = e^(i omega u)`.
     #[inline]
     pub(super) fn convolved(&self, u: f64, e: C64, e_lambda: C64, one: C64) -> (C64, f64, f64) {
         let up = convolve(self.z[0], self.inverse[0], u, e, e_lambda) - one;
@@ -57,14 +57,14 @@ impl Tone {
     /// The same harmonic of the same oscillator at another phase.
     pub(super) fn at(self, size: f64, angle: f64) -> Self {
         let (sin, cos) = angle.sin_cos();
-        // A negative size is half a turn.
+        // A negative size is a phase of half a turn.
         let (size, c) = (size.abs(), C64::new(size * cos, size * sin));
         let angle = if c.re * cos + c.im * sin < 0.0 { angle + std::f64::consts::PI } else { angle };
         Self { c, size, angle, ..self }
     }
 }
 
-/// An angle of at most two turns either way, brought into the first.
+/// Reduces an angle of at most two turns either way to the first turn.
 #[inline]
 pub(super) fn first_turn_of(angle: f64) -> f64 {
     use std::f64::consts::TAU;
@@ -87,7 +87,7 @@ pub(super) struct Chirp {
     pub(super) c: C64,
 }
 
-/// Largest `|rate| u²/2` within one arc: the powers kept then leave 1e-17.
+/// Largest `|rate| u²/2` within one arc: the error with the powers kept is then 1e-17.
 pub(super) const CHIRP_SPAN: f64 = 1e-3;
 const CHIRP_POWERS: usize = 5;
 
@@ -128,7 +128,7 @@ impl Local {
         self.slope + tones + self.chirp.map_or(0.0, |c| -c.omega * c.c.im)
     }
 
-    /// The harmonic that is all of the drive, if it is one.
+    /// The harmonic, if the drive consists of one harmonic only.
     #[inline]
     pub(super) fn only_tone(&self) -> Option<&Tone> {
         match &self.tones[..] {
@@ -137,11 +137,11 @@ impl Local {
         }
     }
 
-    /// When `e + U(u) - U(0)` first leaves `[-down, up]`, and on which side, where `U` is one
-    /// harmonic: `U(u) = Re c e^(i omega u)` gets there at an angle of `±acos`.
+    /// Time at which `e + U(u) - U(0)` first leaves `[-down, up]`, and the side, if `U` is one harmonic: `U(u) = Re c
+    /// e^(i omega u)` reaches the limit at an angle of `±acos`.
     ///
-    /// `None` where `U` is anything else, where a crest comes within rounding of a limit, or
-    /// where the pull starts out at a limit: those are left to the search.
+    /// `None` if `U` is anything else, if a crest lies within rounding of a limit, or if the pull starts at a limit:
+    /// these cases are left to the search.
     pub(super) fn first_exit(&self, e: f64, [up, down]: [f64; 2]) -> Option<(f64, f64)> {
         let [tone] = self.tones[..] else { return None };
         if self.slope != 0.0 || self.chirp.is_some() {
@@ -154,25 +154,25 @@ impl Local {
         if up - e < noise || down + e < noise || (high - a).abs() < noise || (low + a).abs() < noise {
             return None;
         }
-        // Rising it meets `high` first unless its crest stays below, and falling `low`.
+        // If rising, it meets `high` first unless its crest stays below; if falling, `low`.
         let rising = if tone.c.im == 0.0 { tone.c.re < 0.0 } else { tone.c.im < 0.0 };
         let (limit, side) = match (rising, high < a, low > -a) {
             (true, true, _) | (false, true, false) => (high, 1.0),
             (_, _, true) => (low, -1.0),
             (_, false, false) => return None,
         };
-        // The angle at which the cosine rises to a limit is -acos, at which it falls acos.
+        // The cosine rises to a limit at the angle -acos, and falls to it at acos.
         let u = first_turn_of(-side * (limit / a).acos() - tone.angle) / tone.omega;
-        // Well below the crest the angle is as good as its limit.
+        // Well below the crest the angle is as accurate as its limit.
         if limit.abs() < 0.9 * a {
             return Some((u, side));
         }
-        // One step of Newton's method against the rounding of the angles.
+        // One Newton step reduces the rounding error of the angles.
         let [rise, slope, _] = self.rise(u);
         Some((u - (tone.c.re + rise - limit) / slope, side))
     }
 
-    /// Bounds up to `reach` on `|U - U(0)|` and three derivatives of `U`.
+    /// Bounds on `|U - U(0)|` and three derivatives of `U`, up to `reach`.
     pub(super) fn bounds(&self, reach: f64) -> [f64; 4] {
         let mut swing = self.slope.abs() * reach;
         let (mut d1, mut d2, mut d3) = (self.slope.abs(), 0.0, 0.0);
@@ -222,8 +222,8 @@ impl Local {
 }
 
 impl Chirp {
-    /// `e^(i rate s²/2)` as a power series in `s²`, each power against the
-    /// exponential in closed form.
+    /// `e^(i rate s²/2)` as a power series in `s²`, with the convolution of each power with the exponential in closed
+    /// form.
     fn convolved(&self, k: &Constants, u: f64, e_lambda: C64) -> C64 {
         let mut total = C64::default();
         for (w, c, rate) in [(self.omega, self.c, self.rate), (-self.omega, self.c.conj(), -self.rate)] {
@@ -233,7 +233,7 @@ impl Chirp {
             let mut sum = C64::default();
             for p in 0..CHIRP_POWERS {
                 sum += factor * moments[2 * p];
-                // (i rate u²/2)^p / p!, the u² taken out of the moments.
+                // (i rate u²/2)^p / p!, with u² factored out of the moments.
                 factor *= C64::new(0.0, 0.5 * rate * u * u / (p + 1) as f64);
             }
             total += c * sum * (e_lambda * (0.5 * u));
@@ -255,7 +255,7 @@ fn moments(z: C64, u: f64) -> [C64; 2 * CHIRP_POWERS - 1] {
         }
         return m;
     }
-    // The highest by its series, e^y Σ (-y)^k n!/(n+1+k)!, the rest downwards, which is stable.
+    // The highest by its series, e^y Σ (-y)^k n!/(n+1+k)!; the others by downward recurrence, which is stable.
     let mut term = C64::new(1.0 / (TOP + 1) as f64, 0.0);
     let mut sum = term;
     for k in 1..40 {
@@ -282,7 +282,7 @@ mod tests {
             for angle in [0.0, 0.7, 1.6, 3.0] {
                 let z = C64::from_polar(y, angle);
                 let m = moments(z, 1.0);
-                // Composite Gauss would do; Simpson on 4000 panels is plenty for 1e-11.
+                // Simpson's rule with 4000 panels is accurate enough for 1e-11.
                 for (n, value) in m.iter().enumerate() {
                     let f = |s: f64| (z * s).exp() * s.powi(n as i32);
                     let panels = 4000;

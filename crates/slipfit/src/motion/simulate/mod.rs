@@ -1,9 +1,8 @@
 //! Any motion, event by event, with closed forms between events.
 //!
-//! [`Motion`] runs an [`Oscillator`](crate::Oscillator) under a [`Drive`]: at rest,
-//! harmonic, several harmonics, a frequency sweep, samples, or one after another.
-//! Friction may be asymmetric ([`Friction`]). Laws that depend on speed, which have no
-//! closed form, are in [`smooth`].
+//! [`Motion`] simulates an [`Oscillator`](crate::Oscillator) under a [`Drive`]: at rest, harmonic, several harmonics,
+//! a frequency sweep, samples, or several of these in sequence. Friction may be asymmetric ([`Friction`]). Laws that
+//! depend on speed, which have no closed form, are in [`smooth`].
 
 mod arc;
 mod certify;

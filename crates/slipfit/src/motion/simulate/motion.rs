@@ -1,4 +1,4 @@
-//! The event machine: arcs of sliding, rests, and what separates them.
+//! The event machine: arcs of sliding, rests, and the events that separate them.
 
 use super::arc::Arc;
 use super::certify::first_zero;
@@ -12,11 +12,10 @@ use crate::numeric::double_double::Dd;
 
 /// Any motion of `m x'' + gamma x' + k x + F sgn(x') = k u(t)`, event by event.
 ///
-/// Between events the motion is closed; there is no time step and no tolerance.
-/// Events are found by steps that a bound on the derivatives proves free of zeros,
-/// so that two events however close are both found; a stop lasts exactly as long
-/// as `|k (u - x)| <= F_s`. Nothing is stored: events and states are made as they
-/// are asked for.
+/// Between events the motion has a closed form; there is no time step and no tolerance. Events are found by steps
+/// that are proved free of zeros by a bound on the derivatives, so that two events are both found, however close they
+/// are; a stop lasts exactly as long as `|k (u - x)| <= F_s`. Nothing is stored: events and states are computed on
+/// request.
 ///
 /// Rounding adds a few 1e-16 of the amplitude per event.
 ///
@@ -38,14 +37,14 @@ pub struct Motion {
     velocity: f64,
     /// 1, -1, or 0 at rest.
     direction: f64,
-    /// Acceleration at the start where known better than from the state: at a release.
+    /// Acceleration at the start if known more accurately than from the state: at a release.
     pull: Option<f64>,
     local: Local,
     segment: Option<Segment>,
-    /// Segments in a row without time passing, and how often that was passed over.
+    /// Number of successive segments of zero duration, and how often time was advanced to end such a sequence.
     stalls: u32,
     leaps: u32,
-    /// Since the current slip began from rest, s; what the last one each way took.
+    /// Time since the current slip began from rest, s, and the duration of the last slip in each direction.
     sliding_for: f64,
     slips: [f64; 2],
 }
@@ -54,9 +53,9 @@ pub struct Motion {
 struct Segment {
     arc: Option<Arc>,
     length: f64,
-    /// Length as a doubled number where known so.
+    /// Length in double-double precision, if known.
     exact: Option<Dd>,
-    /// Displacement over it where known already.
+    /// Displacement over the segment, if already known.
     moved: Option<f64>,
     end: End,
 }
@@ -70,7 +69,7 @@ enum End {
 }
 
 impl Motion {
-    /// A motion from `position` and `velocity` at `time_s` on.
+    /// A motion that starts at `time_s` from `position` and `velocity`.
     ///
     /// # Errors
     /// [`Error::Parameter`] for a value that is not finite or beyond 1e100.
@@ -136,7 +135,7 @@ impl Motion {
     pub fn next_event(&mut self, until_s: f64) -> Option<Event> {
         loop {
             let segment = self.segment();
-            // An endless rest has no end to compare.
+            // A rest without end has no end time to compare.
             if segment.length.is_infinite() || until_s.is_nan() {
                 return None;
             }
@@ -154,7 +153,7 @@ impl Motion {
         std::iter::from_fn(move || self.next_event(until_s))
     }
 
-    /// State at `time_s`; times must not go back.
+    /// State at `time_s`; successive times must not decrease.
     ///
     /// # Errors
     /// [`Error::Parameter`] if `time_s` lies before the segment already reached, or is
@@ -164,7 +163,7 @@ impl Motion {
         loop {
             let segment = self.segment();
             let u = Dd::from_f64(time_s).sub(self.time).value();
-            // Event times are rounded when given out: allow that much of the past.
+            // Event times are rounded when returned: allow a step back by that much.
             if u < -4e-16 * time_s.abs() {
                 return Err(Error::Parameter {
                     name: "time_s",
@@ -186,7 +185,7 @@ impl Motion {
         }
     }
 
-    /// Displacement at times that do not decrease.
+    /// Displacement at non-decreasing times.
     ///
     /// # Errors
     /// As [`Motion::state_at`]; [`Error::Length`] unless `out` is as long as `time_s`.
@@ -200,7 +199,7 @@ impl Motion {
         Ok(())
     }
 
-    /// Length of the current segment, and of a slip its last acceleration.
+    /// Length of the current segment, and for a slip its final acceleration.
     pub(crate) fn outlook(&mut self) -> (f64, Option<(f64, Constants)>) {
         let segment = self.segment();
         let last = segment.arc.map(|a| (a.at(&self.k, &self.local, segment.length).acceleration, self.k));
@@ -212,7 +211,7 @@ impl Motion {
         Dd::from_f64(time_s).sub(self.time).value()
     }
 
-    /// Position and velocity `u` into the current segment; nothing moves on.
+    /// Position and velocity at the time `u` in the current segment; the motion does not advance.
     pub(crate) fn peek(&mut self, u: f64) -> (f64, f64) {
         match self.segment().arc {
             None => (self.position, 0.0),
@@ -223,13 +222,13 @@ impl Motion {
         }
     }
 
-    /// Passes to the next segment.
+    /// Advances to the next segment.
     pub(crate) fn advance(&mut self) -> Option<Event> {
         let segment = self.segment();
         self.commit(segment)
     }
 
-    /// Acceleration with which the current slip began, less its viscous part.
+    /// Acceleration at the start of the current slip, without its viscous part.
     pub(crate) fn pull_here(&self) -> f64 {
         let s = self.direction;
         let x_f = self.friction.kinetic[Friction::side(s)];
@@ -259,7 +258,7 @@ impl Motion {
         self.drive.localise(&self.k, self.time, &mut self.local);
     }
 
-    /// At zero velocity: stick, or slide, and which way.
+    /// At zero velocity: decides whether the mass sticks or slides, and in which direction.
     fn decide(&mut self) {
         let e = self.local.value - self.position;
         self.velocity = 0.0;
@@ -300,7 +299,7 @@ impl Motion {
         }
         let reach = self.local.end.min(self.k.reach);
         match arc.first_turn(&self.k, &self.local, reach) {
-            // Where numbers underflow a slip may have no length: time must go on all the same.
+            // If numbers underflow, a slip may have zero length: time must advance nevertheless.
             Some(u) if self.stalls > 8 => segment(u.max(self.leap().min(reach)), None, End::Turn),
             Some(u) => segment(u, None, End::Turn),
             None if reach < self.local.end => segment(reach, None, End::Continue),
@@ -308,7 +307,7 @@ impl Motion {
         }
     }
 
-    /// How long the mass stays: until the pull leaves `[-F_s-, F_s+]`.
+    /// Duration of the rest: until the pull leaves `[-F_s-, F_s+]`.
     fn rest_segment(&mut self) -> Segment {
         let [up, down] = self.friction.holding;
         let e = self.local.value - self.position;
@@ -320,7 +319,7 @@ impl Motion {
         if self.stalls <= 3
             && let Some((u, s)) = self.local.first_exit(e, [up, down])
         {
-            // One harmonic: the time is closed, and comes again each period.
+            // One harmonic: the time has a closed form and recurs each period.
             return if u < self.local.end {
                 stay(u, End::Release(s))
             } else {
@@ -332,7 +331,7 @@ impl Motion {
         let span = (64.0 * self.k.reach).max(if d2 > 0.0 { 64.0 * d1 / d2 } else { 0.0 });
         let reach = self.local.end.min(span);
         let noise = 2e-16 * (self.local.value.abs() + self.position.abs() + swing);
-        // Sliding for no time between two rests would repeat for ever.
+        // A slip of zero duration between two rests would repeat forever.
         let start = if self.stalls > 3 { self.leap().min(reach) } else { 0.0 };
         let d3 = d3.max(f64::MIN_POSITIVE);
         let trust = 0.25 * self.k.reach.min(if d2 > 0.0 { d1 / d2 } else { reach });
@@ -411,7 +410,7 @@ impl Motion {
         Some(self.event(kind))
     }
 
-    /// Velocity has come to zero: what follows.
+    /// Decides what follows after the velocity has become zero.
     fn turned(&mut self) -> EventKind {
         self.decide();
         if self.direction != 0.0 {
@@ -434,13 +433,13 @@ impl Motion {
         }
     }
 
-    /// The drive as seen from here.
+    /// The drive relative to the present time.
     #[cfg(feature = "smooth-laws")]
     pub(super) fn local(&self) -> &Local {
         &self.local
     }
 
-    /// Sets the state `u` after the current one, reached by other means while sliding.
+    /// Sets the state `u` later, reached by other means while sliding.
     #[cfg(feature = "smooth-laws")]
     pub(super) fn place(&mut self, u: f64, position: f64, velocity: f64) {
         self.time = match self.local.end_time {
@@ -453,14 +452,14 @@ impl Motion {
         self.localise();
     }
 
-    /// Declares a turn here: sticks, or slides back.
+    /// Records a turning point here: the mass sticks, or slides back.
     #[cfg(feature = "smooth-laws")]
     pub(super) fn turn_here(&mut self) -> Event {
         let kind = self.turned();
         self.event(kind)
     }
 
-    /// Declares the passage to the drive's next stage.
+    /// Records the change to the drive's next stage.
     #[cfg(feature = "smooth-laws")]
     pub(super) fn drive_changed(&mut self) -> Event {
         if self.velocity == 0.0 {

@@ -1,13 +1,12 @@
-//! Friction that depends on speed: drag, power laws, Stribeck, any law; on position as well.
+//! Friction that depends on speed (drag, power laws, Stribeck, any law), and optionally on position.
 //!
 //! ```text
 //! m x'' + gamma x' + k x + F sgn(x') + f(x, x') = k u(t)
 //! ```
 //!
-//! There is no closed form, so each slip is integrated by a Runge-Kutta method of order
-//! eight (Dormand and Prince), with the same events as [`Motion`]: stops and releases by the
-//! oscillator's static friction, turns found by bracketing and closed in by integrating up
-//! to them.
+//! There is no closed form, so each slip is integrated by a Runge-Kutta method of order eight (Dormand and Prince),
+//! with the same events as [`Motion`]: stops and releases are decided by the oscillator's static friction, and
+//! turning points are bracketed and refined by integrating up to them.
 
 use super::drive::Drive;
 use super::event::{Event, Friction, State};
@@ -21,11 +20,11 @@ use differential_equations::methods::ExplicitRungeKutta;
 use differential_equations::ode::{ODE, OrdinaryNumericalMethod};
 use differential_equations::status::Status;
 
-/// A friction law: the size of the force over the stiffness, which opposes the motion.
+/// A friction law: the magnitude of the force over the stiffness; the force opposes the motion.
 ///
-/// Every function of the speed is one; [`AtPosition`] makes one of a function of place and speed.
+/// Every function of the speed is a law; [`AtPosition`] converts a function of position and speed into one.
 pub trait Law {
-    /// The force at a place and a speed `>= 0`, in units of displacement.
+    /// The force at a position and a speed `>= 0`, in units of displacement.
     fn force(&self, position: f64, speed: f64) -> f64;
 }
 
@@ -45,17 +44,16 @@ impl<F: Fn(f64, f64) -> f64> Law for AtPosition<F> {
     }
 }
 
-/// A motion under the oscillator's own friction and a law `f(v)/k` besides, or `f(x, v)/k`
+/// A motion under the oscillator's own friction and an additional law `f(v)/k`, or `f(x, v)/k`
 /// ([`with_position`](SmoothMotion::with_position)).
 ///
-/// The law is given for `v >= 0` as a displacement (force over stiffness), opposing the
-/// motion, and taken as odd; `f(0)` should be zero, sliding friction being the oscillator's.
+/// The law is given for `v >= 0` as a displacement (force over stiffness) that opposes the motion, and is extended as
+/// an odd function; `f(0)` should be zero, because the oscillator already has sliding friction.
 ///
-/// Accuracy is the tolerance per step, 1e-13 of the motion unless set. Turns are looked for at
-/// eight places within each step, and wherever between two of them acceleration says that
-/// speed passes a least value: two turns however close are found. Only a law that makes
-/// acceleration itself turn round twice within a ninth of a step could hide a pair, unlike
-/// in [`Motion`], where a bound excludes it.
+/// The accuracy is the tolerance per step, 1e-13 of the motion by default. Turning points are searched for at eight
+/// points within each step, and wherever the acceleration shows that the speed has a minimum between two of them: two
+/// turning points are found however close they are. Only a law that makes the acceleration itself change sign twice
+/// within a ninth of a step could hide a pair, unlike in [`Motion`], where a bound excludes it.
 ///
 /// ```
 /// # use slipfit::{Oscillator, motion::simulate::{Drive, smooth::{SmoothMotion, drag}}};
@@ -72,20 +70,20 @@ pub struct SmoothMotion<F> {
     friction: Friction,
     law: F,
     tolerance: f64,
-    /// Step the integrator would take next, s; zero to let it choose.
+    /// Next step of the integrator, s; zero lets it choose.
     step: f64,
 }
 
-/// Drag `c v|v|`: give `c/k`, in displacement per (velocity squared).
+/// Drag `c v|v|`; `coefficient` is `c/k`, in displacement per velocity squared.
 ///
 /// # Errors
-/// [`Error::Parameter`] unless at least zero and finite.
+/// [`Error::Parameter`] unless the coefficient is at least zero and finite.
 pub fn drag(coefficient: f64) -> Result<impl Fn(f64) -> f64 + Clone, Error> {
     at_least_zero("drag coefficient", coefficient)?;
     Ok(move |v: f64| coefficient * v * v)
 }
 
-/// Power law `c |v|^p sgn v`: give `c/k` and `p > 0`.
+/// Power law `c |v|^p sgn v`; `coefficient` is `c/k`, and `p > 0`.
 ///
 /// # Errors
 /// [`Error::Parameter`] unless `c >= 0` and `p > 0`, both finite.
@@ -95,10 +93,10 @@ pub fn power(coefficient: f64, exponent: f64) -> Result<impl Fn(f64) -> f64 + Cl
     Ok(move |v: f64| coefficient * v.powf(exponent))
 }
 
-/// Stribeck weakening: friction falls by `drop` (as a displacement) from its value at rest
-/// as speed passes `stribeck_velocity`, `-drop (1 - exp(-(v/v_s)²))`.
+/// Stribeck weakening: friction falls by `drop` (as a displacement) from its value at rest as the speed exceeds
+/// `stribeck_velocity`, `-drop (1 - exp(-(v/v_s)²))`.
 ///
-/// Give the oscillator the friction at rest as its kinetic friction.
+/// The oscillator's kinetic friction must be set to the friction at rest.
 ///
 /// # Errors
 /// [`Error::Parameter`] unless `drop >= 0` and `v_s > 0`, both finite.
@@ -108,12 +106,12 @@ pub fn stribeck(drop: f64, stribeck_velocity: f64) -> Result<impl Fn(f64) -> f64
     Ok(move |v: f64| drop * (-(v / stribeck_velocity).powi(2)).exp_m1())
 }
 
-/// Right-hand side while sliding in one direction; the state is the displacement since the
-/// slip began, so that a pull that just overcomes friction is not lost in the position.
+/// Right-hand side while sliding in one direction. The state is the displacement since the slip began, so that a pull
+/// that barely exceeds friction is not lost in the rounding of the position.
 struct Sliding<'a, F> {
     omega_squared: f64,
     two_delta: f64,
-    /// Acceleration at the start, less what depends on velocity.
+    /// Acceleration at the start, without the terms that depend on velocity.
     pull: f64,
     /// Position at the start.
     from: f64,
@@ -135,14 +133,14 @@ impl<L: Law> ODE<f64, [f64; 2]> for Sliding<'_, L> {
     }
 }
 
-/// Where a stretch of integration ended.
+/// End of an integrated stretch.
 enum Reached {
     Turn { at: f64, position: f64 },
     End { position: f64, velocity: f64 },
 }
 
 impl<F: Fn(f64) -> f64> SmoothMotion<F> {
-    /// A motion from `position` and `velocity` at `time_s` on.
+    /// A motion that starts at `time_s` from `position` and `velocity`.
     ///
     /// # Errors
     /// [`Error::Parameter`] for a value that is not finite or beyond 1e100.
@@ -157,7 +155,7 @@ impl<F: Fn(f64) -> f64> SmoothMotion<F> {
         Self::with_friction(oscillator, Friction::of(oscillator), law, drive, time_s, position, velocity)
     }
 
-    /// The same with sliding friction that differs between the directions; the law stays odd.
+    /// The same with sliding friction that differs between the directions; the law remains odd.
     ///
     /// # Errors
     /// As [`SmoothMotion::new`].
@@ -213,18 +211,17 @@ impl<L: Law> SmoothMotion<L> {
         self.core.state()
     }
 
-    /// The next event up to `until_s`; `None` if there is none, the state then being that
-    /// at `until_s`.
+    /// The next event up to `until_s`; if there is none, `None`, and the state is then that at `until_s`.
     ///
     /// # Errors
-    /// [`Error::DoesNotHold`] where the integrator gives up: a law too stiff, or not finite.
+    /// [`Error::DoesNotHold`] if the integrator fails: the law is too stiff, or not finite.
     pub fn next_event(&mut self, until_s: f64) -> Result<Option<Event>, Error> {
         loop {
             if self.core.direction() == 0.0 {
                 let event = self.core.next_event(until_s);
                 self.step = 0.0;
                 if event.is_none() && until_s > self.core.state().time_s {
-                    // Rests on: nothing to integrate, the core keeps the place.
+                    // Still at rest: nothing to integrate, the core keeps the position.
                     return Ok(None);
                 }
                 return Ok(event);
@@ -252,7 +249,7 @@ impl<L: Law> SmoothMotion<L> {
         }
     }
 
-    /// State at `time_s`; times must not go back.
+    /// State at `time_s`; successive times must not decrease.
     ///
     /// # Errors
     /// As [`SmoothMotion::next_event`]; [`Error::Parameter`] if `time_s` lies in the past.
@@ -272,7 +269,7 @@ impl<L: Law> SmoothMotion<L> {
         Ok(State { time_s, ..state })
     }
 
-    /// Integrates from the core's state until velocity comes to zero, at most `reach`.
+    /// Integrates from the core's state until the velocity becomes zero, for at most `reach`.
     fn slide(&mut self, reach: f64) -> Result<Reached, Error> {
         let state = self.core.state();
         let s = self.core.direction();
@@ -288,12 +285,12 @@ impl<L: Law> SmoothMotion<L> {
         };
         let pull = s * ode.acceleration(0.0, 0.0, state.velocity);
         if state.velocity == 0.0 && pull <= 0.0 && s * self.core.drive_slope() <= 0.0 {
-            // Held on the border of the zone: no slip at all.
+            // Held at the border of the sticking zone: no slip.
             return Ok(Reached::Turn { at: 0.0, position: state.position });
         }
         let mut h = if self.step > 0.0 { self.step } else { 1e-3 / omega_0 };
         if state.velocity == 0.0 {
-            // A slip may be short: its length goes with the drive's slope over its curvature.
+            // A slip may be short: its length scales as the drive's slope over its curvature.
             let [_, slope, curvature, _] = self.core.local().bounds(h);
             let own = self.core.drive_slope().abs();
             if slope > 0.0 && pull <= 1e-9 * ode.omega_squared * slope / omega_0 {
@@ -352,7 +349,7 @@ impl<L: Law> SmoothMotion<L> {
             };
             let Some((low, high)) = bracket(&mut speed_and_rise, a, b, speed_at_end) else { continue };
             let mut at = root(low, high, |t| speed_and_rise(t)[0]);
-            // Integrate up to it, and correct by Newton's method on the integration itself.
+            // Integrate up to it, and correct by Newton's method applied to the integration itself.
             let from = *solver.y_prev();
             let mut y = from;
             for _ in 0..4 {
@@ -392,7 +389,7 @@ fn gave_up() -> Error {
     }
 }
 
-/// Two times between which speed first passes from above zero to zero or below.
+/// Two times between which the speed first passes from above zero to zero or below.
 fn bracket(
     speed_and_rise: &mut impl FnMut(f64) -> [f64; 2],
     a: f64,
@@ -405,13 +402,13 @@ fn bracket(
     for i in 1..=PLACES + 1 {
         let [inside, rise] = speed_and_rise(t(i));
         let value = if i > PLACES { at_end } else { inside };
-        // At the very start speed may be zero, leaving.
+        // At the start the speed may be zero and increasing.
         if value <= 0.0 {
             return Some((t(i - 1), t(i)));
         }
         let rises = rise >= 0.0;
         if !rising && rises {
-            // Speed passes a least value here, and may have touched zero.
+            // The speed has a minimum here, and may have reached zero.
             let lowest = root(t(i - 1), t(i), |t| speed_and_rise(t)[1]);
             if speed_and_rise(lowest)[0] <= 0.0 {
                 return Some((t(i - 1), lowest));

@@ -1,27 +1,27 @@
-//! How a small change of the start changes the state later.
+//! Effect of a small change of the initial state on a later state.
 
 use super::event::{EventKind, State};
 use super::motion::Motion;
 use super::transition::Constants;
 
-/// A later state and its derivative by the start.
+/// A later state and its derivative with respect to the initial state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tangent {
     /// The state reached.
     pub state: State,
-    /// `d (position, velocity) / d (position, velocity)` at the start, rows first.
+    /// `d (position, velocity) / d (position, velocity)` at the start, row by row.
     pub matrix: [[f64; 2]; 2],
 }
 
 type Matrix = [[f64; 2]; 2];
 
 impl Motion {
-    /// Runs to `until_s` and carries the Jacobian of the event map along.
+    /// Runs to `until_s` and propagates the Jacobian of the event map.
     ///
-    /// Arcs contribute their closed-form transition; a turn multiplies the velocity row by
-    /// the ratio of the accelerations after and before; a stop clears it; a release makes
-    /// it `-(acceleration at release / drive's slope)` times the position row. A mass
-    /// that sticks at the start is taken to go on sticking when perturbed.
+    /// Arcs contribute their closed-form transition; a turning point multiplies the velocity row by the ratio of the
+    /// accelerations after and before; a stop sets it to zero; a release makes it `-(acceleration at release /
+    /// drive's slope)` times the position row. A mass that sticks at the start is assumed to stick also when
+    /// perturbed.
     pub fn tangent(mut self, until_s: f64) -> Tangent {
         let mut m = if self.direction() == 0.0 { [[1.0, 0.0], [0.0, 0.0]] } else { [[1.0, 0.0], [0.0, 1.0]] };
         loop {

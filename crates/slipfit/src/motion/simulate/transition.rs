@@ -1,24 +1,24 @@
-//! The free motion's propagator and what it makes of a drive: exponentials, their integrals, and
-//! convolutions of one with another, without cancellation.
+//! The propagator of the free motion and its response to a drive: exponentials, their integrals, and their
+//! convolutions, without cancellation.
 
 use crate::model::oscillator::Oscillator;
 use crate::numeric::double_double::{self as dd, Dd};
 
 pub(super) type C64 = nalgebra::Complex<f64>;
 
-/// What an arc needs to know of the oscillator.
+/// Constants of the oscillator that an arc needs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Constants {
     pub(super) omega_0: f64,
     pub(super) square: f64,
     pub(super) delta: f64,
     pub(super) omega_d: f64,
-    /// What `omega_d` lost by rounding: over a thousand cycles it would show.
+    /// Rounding error of `omega_d`, which would be noticeable over a thousand cycles.
     omega_d_rest: f64,
     pub(super) lambda: C64,
     inverse_lambda: C64,
     pub(super) half_period: Dd,
-    /// Furthest an arc may reach before it is begun anew.
+    /// Maximum duration of an arc, after which a new arc is begun.
     pub(super) reach: f64,
 }
 
@@ -56,16 +56,16 @@ impl Constants {
     }
 }
 
-/// The root of a number of an angle in `[0, 2 pi)`, given as a phasor: that of half the angle.
+/// Square root of a complex number with an angle in `[0, 2 pi)`: its angle is half of that.
 #[inline]
 pub(super) fn half_way(z: C64) -> C64 {
     let size = z.norm_sqr().sqrt();
-    // Both under the roots are at least zero but for rounding.
+    // Both radicands are non-negative apart from rounding.
     let (re, im) = ((0.5 * (size + z.re)).max(0.0).sqrt(), (0.5 * (size - z.re)).max(0.0).sqrt());
     C64::new(if z.im < 0.0 { -re } else { re }, im)
 }
 
-/// `(e^y - 1)/y` for |y| below 0.7, to rounding.
+/// `(e^y - 1)/y` for |y| below 0.7, accurate to rounding.
 #[inline]
 fn phi_1(y: C64) -> C64 {
     let size = y.norm_sqr();
@@ -83,7 +83,7 @@ fn phi_1(y: C64) -> C64 {
     sum
 }
 
-/// `(e^y - 1 - y)/y²` for |y| below 0.7, to rounding.
+/// `(e^y - 1 - y)/y²` for |y| below 0.7, accurate to rounding.
 #[inline]
 pub(super) fn phi_2(y: C64) -> C64 {
     let terms = if y.norm_sqr() < 1e-2 { 11 } else { 16 };
@@ -104,7 +104,7 @@ const INVERSE: [f64; 17] = {
     table
 };
 
-/// `∫_0^u e^(lambda (u - s)) e^(mu s) ds` with `z = mu - lambda`, the two exponentials given.
+/// `∫_0^u e^(lambda (u - s)) e^(mu s) ds` with `z = mu - lambda`; the two exponentials are given.
 #[inline]
 pub(super) fn convolve(z: C64, inverse_z: C64, u: f64, e_mu: C64, e_lambda: C64) -> C64 {
     let y = z * u;
@@ -120,7 +120,7 @@ mod tests {
         for i in 0..400 {
             let (size, angle) = (0.3 + 0.01 * f64::from(i % 7), std::f64::consts::TAU * f64::from(i) / 400.0);
             let half = half_way(C64::from_polar(size, angle));
-            // A square root of a rounding is left where one part vanishes.
+            // If one part vanishes, the error is the square root of a rounding error.
             assert!((half - C64::from_polar(size.sqrt(), 0.5 * angle)).norm() < 2e-8, "{angle}");
         }
     }

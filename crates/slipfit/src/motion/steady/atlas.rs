@@ -1,4 +1,4 @@
-//! Where each approximation may be used: errors over `Q` and `beta`.
+//! Range of validity of each approximation: errors over `Q` and `beta`.
 
 use super::{HarmonicDrive, SolutionMethod, SteadyState, leading, lorentzian, solve, validity};
 use crate::error::Error;
@@ -6,16 +6,16 @@ use crate::model::oscillator::Oscillator;
 use crate::motion::decay::{FreeDecay, averaged};
 use std::f64::consts::PI;
 
-/// Flanks are looked at this many half widths of the line either side.
+/// Extent of the flanks on either side, in half widths of the line.
 pub const FLANK_HALF_WIDTHS: f64 = 2.0;
-/// Frequencies on each flank.
+/// Number of frequencies on each flank.
 const FLANK_POINTS: i32 = 5;
-/// Turning points of the ring-down compared.
+/// Maximum number of turning points of the ring-down that are compared.
 const TURNING_POINTS: u64 = 400;
 
 /// Errors of the approximations of Vitorino, Vieira and Rodrigues at one `Q` and `beta`.
 ///
-/// Errors of amplitudes are relative, signed where they are taken at resonance.
+/// Errors of amplitudes are relative; those at resonance are signed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cell {
     /// Quality factor of the viscous part.
@@ -42,14 +42,14 @@ pub struct Cell {
     pub fundamental_phase: f64,
 }
 
-/// Computes one cell, static friction equal to kinetic.
+/// Computes one cell, with static friction equal to kinetic friction.
 ///
-/// A line is `omega_0/(2 Q_f)` half wide, `Q_f` of eq. (12) with `a = 4/3`; frequencies
-/// below a fifth of `omega_0` are left out.
+/// The half width of the line is `omega_0/(2 Q_f)`, with `Q_f` from eq. (12) for `a = 4/3`; frequencies below a fifth
+/// of `omega_0` are omitted.
 ///
 /// # Errors
-/// [`Error::Parameter`] unless `q_factor > 1/2` and `0 <= beta < 1`; [`Error::DoesNotHold`]
-/// where the drive moves nothing or no motion repeating with it was found.
+/// [`Error::Parameter`] unless `q_factor > 1/2` and `0 <= beta < 1`; [`Error::DoesNotHold`] if the drive does not
+/// move the mass or no motion with the period of the drive was found.
 ///
 /// ```
 /// # use slipfit::motion::steady::atlas;
@@ -101,7 +101,7 @@ pub fn cell(q_factor: f64, beta: f64) -> Result<Cell, Error> {
     })
 }
 
-/// The closed form without its confirming cycle where it holds, which is most often.
+/// Uses the closed form without its confirming cycle if it holds, which is the usual case.
 fn exact_amplitude(oscillator: &Oscillator, drive: &HarmonicDrive) -> Result<f64, Error> {
     match SteadyState::new(oscillator, drive, super::Method::Exact) {
         Ok(state) => Ok(state.amplitude()),
@@ -110,11 +110,11 @@ fn exact_amplitude(oscillator: &Oscillator, drive: &HarmonicDrive) -> Result<f64
     }
 }
 
-/// Eq. (16) against the turning points, to the stop or five decay times.
+/// Compares eq. (16) with the turning points, up to the stop or five decay times.
 fn ring_down_error(oscillator: &Oscillator, initial: f64) -> Result<Option<f64>, Error> {
     let decay = FreeDecay::from_rest(oscillator, initial)?;
     let half_cycles = 5.0 / oscillator.half_cycle_decrement();
-    // The offset left at the stop is chance, and no amplitude.
+    // The offset that remains at the stop is arbitrary and not an amplitude.
     let moving = decay.stop().map_or(u64::MAX, |s| s.index.saturating_sub(1));
     let last = moving.min(half_cycles.ceil() as u64);
     if last == 0 {

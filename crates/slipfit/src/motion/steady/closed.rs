@@ -1,5 +1,5 @@
-//! The closed form with two turns a cycle at one frequency, with its derivatives: straight
-//! through, so that a loop over it becomes vector instructions.
+//! The closed form with two turning points per cycle at one frequency, with its derivatives. The code has no
+//! branches, so that a loop over it can be vectorised.
 
 use super::Phasor;
 use super::response::{Fundamental, Point, Regime};
@@ -8,11 +8,11 @@ use std::f64::consts::PI;
 
 pub(super) const KAPPA: f64 = 4.0 / PI;
 
-/// What [`closed_form`] brings; no number where the root has no value.
+/// Result of [`closed_form`]; NaN if the root has no real value.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Closed {
     pub(crate) value: Phasor,
-    /// By `omega_0`, `delta`, `x_0`, `x_F`.
+    /// Derivatives with respect to `omega_0`, `delta`, `x_0`, `x_F`.
     pub(crate) by: [Phasor; 4],
     pub(super) p: f64,
     pub(super) q: f64,
@@ -22,10 +22,10 @@ pub(crate) struct Closed {
     pub(super) d: Phasor,
 }
 
-/// What is asked of the angle `pi (omega - omega_d)/(2 omega)` and the decay `pi delta/(2 omega)`.
+/// Functions of the angle `pi (omega - omega_d)/(2 omega)` and of the decay `pi delta/(2 omega)`.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Halves {
-    /// Sine and cosine, either sign for both.
+    /// Sine and cosine; a common sign is arbitrary.
     pub(crate) sin: f64,
     pub(crate) cos: f64,
     /// Hyperbolic sine and cosine.
@@ -33,7 +33,7 @@ pub(crate) struct Halves {
     pub(crate) cosh: f64,
 }
 
-/// `omega - omega_d`: over `omega`, a quarter turn is the angle of [`Halves`].
+/// `omega - omega_d`; divided by `omega` and times a quarter turn, it is the angle of [`Halves`].
 #[inline(always)]
 pub(crate) fn excess(at: &Point) -> f64 {
     let omega_d = ((at.omega_0 - at.delta) * (at.omega_0 + at.delta)).sqrt();
@@ -54,13 +54,13 @@ pub(crate) fn closed_form(at: &Point, over_omega: f64, halves: Halves) -> Closed
     let sinh = 2.0 * g * cosh;
     let over_2 = over_0 * over_0;
     let d = Phasor::new(-detuning * (omega_0 + omega) * over_2, 2.0 * delta * omega * over_2);
-    // One division for two.
+    // One division instead of two.
     let (n, d_squared) = (g * g + h * h, d.norm_sqr());
     let over = 1.0 / (n * d_squared);
     let (over_n, c_squared) = (0.5 * over * d_squared, over * n);
     let front = omega_0 * omega_0 * over_omega * over_d;
     let hh = front * sin * over_n;
-    // d/d(omega_0) and d/d(delta): omega_d moves by omega_0/omega_d and -delta/omega_d.
+    // d/d(omega_0) and d/d(delta): omega_d changes by omega_0/omega_d and -delta/omega_d.
     let (wd_0, wd_1) = (omega_0 * over_d, -delta * over_d);
     let (e_0, e_1) = (-PI * wd_0 * over_omega, -PI * wd_1 * over_omega);
     let part = front * over_n;
@@ -72,7 +72,7 @@ pub(crate) fn closed_form(at: &Point, over_omega: f64, halves: Halves) -> Closed
     let d_0 = Phasor::new(2.0 * omega * omega * over_2 * over_0, -2.0 * d.im * over_0);
     let d_1 = 2.0 * omega * over_2;
     let c = d.conj() * c_squared;
-    // Changes of D over D itself: its size and its angle.
+    // Relative changes of D: magnitude and angle.
     let m_0 = d_0 * c;
     let m_1 = Phasor::new(-c.im, c.re) * d_1;
     let turn = d.conj() * c;
@@ -88,7 +88,7 @@ pub(crate) fn closed_form(at: &Point, over_omega: f64, halves: Halves) -> Closed
     let p_1 = -reach * m_1.re - back * q_1;
     let p_3 = -back * hh;
 
-    // -i (p + i q) = q - i p; D*/D turns back by twice the angle of D.
+    // -i (p + i q) = q - i p; D*/D rotates back by twice the angle of D.
     let each = KAPPA * over_x_0;
     let ratio = each * x_f;
     let free = c * x_0;
@@ -103,7 +103,7 @@ pub(crate) fn closed_form(at: &Point, over_omega: f64, halves: Halves) -> Closed
         by: [
             by(q_0, p_0, m_0),
             by(q_1, p_1, m_1),
-            // Drive and friction together only change the scale.
+            // Scaling drive and friction together only changes the scale of the motion.
             (value - by_x_f * x_f) * over_x_0,
             by_x_f,
         ],
@@ -116,8 +116,8 @@ pub(crate) fn closed_form(at: &Point, over_omega: f64, halves: Halves) -> Closed
 }
 
 impl Closed {
-    /// What the drive exceeds spring and friction by at the turn; the mass, just turned, moves
-    /// on at once where this is not negative. No number where there is no turn.
+    /// Excess of the drive over spring and friction at the turning point; the mass moves on at once if this is not
+    /// negative. NaN if there is no turning point.
     #[inline(always)]
     pub(crate) fn push(&self, x_f: f64) -> f64 {
         let amplitude = self.p - self.g_x;
@@ -125,13 +125,13 @@ impl Closed {
         if amplitude > 0.0 { push } else { f64::NAN }
     }
 
-    /// At least zero where the closed form has a value at all.
+    /// Non-negative if the closed form has a value at all.
     #[inline(always)]
     pub(crate) fn turned(&self) -> f64 {
         if self.p > 0.0 { self.p } else { f64::NAN }
     }
 
-    /// As the fundamental of a motion that slides all the time.
+    /// The fundamental of a motion that slides all the time.
     pub(super) fn fundamental(&self) -> Fundamental {
         let [by_omega_0, by_delta, by_x_0, by_x_f] = self.by;
         Fundamental { value: self.value, by_omega_0, by_delta, by_x_0, by_x_f, regime: Regime::Sliding }
@@ -142,25 +142,25 @@ impl Closed {
     }
 }
 
-/// Above this frequency, over `omega_0`, a mass that moves on keeps its direction for half a cycle
-/// (Den Hartog: only a drive much slower than the oscillator makes it turn on the way).
+/// Frequency over `omega_0` above which a mass that moves on keeps its direction for half a cycle (Den Hartog: only a
+/// drive much slower than the oscillator makes it turn in between).
 pub(crate) const NEVER_TURNS: f64 = 0.75;
 
-/// Whether it keeps its direction below that frequency as well.
+/// Whether it also keeps its direction below that frequency.
 pub(super) fn keeps_direction(at: &Point, t: &Closed) -> bool {
     let (w, delta, omega) = (t.omega_d, at.delta, at.omega);
     let a = -at.x_f - t.g_x;
     let b = (delta * a - omega * t.q) / w;
     let steps = (32.0 * at.omega_0 / omega).clamp(32.0, 4096.0) as u32;
     let h = PI / omega / f64::from(steps);
-    // v = Im of one phasor that turns plus Re of one that turns and fades.
+    // v = Im of a rotating phasor plus Re of a rotating and decaying phasor.
     let steady = Phasor::new(-omega * t.p, omega * t.q);
     let free = Phasor::new(w * b - delta * a, -(w * a + delta * b));
     let mut walk = Walk::new([omega, w, delta], h, steady, free);
     walk.until_not_negative(steps - 1, 0.0).is_none()
 }
 
-/// `Im(s e^(i omega u)) + Re(f e^(-(delta + i w) u))` at even steps of `u`.
+/// `Im(s e^(i omega u)) + Re(f e^(-(delta + i w) u))` at equal steps of `u`.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Walk {
     pub(super) steady: Phasor,
@@ -169,9 +169,9 @@ pub(super) struct Walk {
     pub(super) fade: Phasor,
 }
 
-/// Steps walked before one more attempt to leap.
+/// Number of steps between two attempts to leap.
 const STEPS_BETWEEN_LEAPS: u32 = 24;
-/// A leap costs as much as so many steps.
+/// Cost of a leap, in steps.
 const LEAST_LEAP: f64 = 24.0;
 
 impl Walk {
@@ -182,7 +182,7 @@ impl Walk {
         Self { steady, free, turn: Phasor::new(cos, sin), fade: Phasor::new(left * c, -left * s) }
     }
 
-    /// One step on, and the value there.
+    /// Takes one step and returns the value there.
     #[inline]
     pub(super) fn step(&mut self) -> f64 {
         self.steady *= self.turn;
@@ -194,8 +194,8 @@ impl Walk {
         self.steady.im + self.free.re
     }
 
-    /// Leaps over the steps in which the steady part, below zero, outweighs whatever the free one has left;
-    /// at most `most`, and how many it were.
+    /// Leaps over the steps in which the negative steady part outweighs the remaining free part; at most `most`
+    /// steps. Returns their number.
     fn leap(&mut self, most: u32) -> u32 {
         let (size, left) = (self.steady.norm_sqr().sqrt(), self.free.norm_sqr().sqrt());
         // The free part must not grow.
@@ -214,8 +214,8 @@ impl Walk {
         steps
     }
 
-    /// The next step, of `most`, at which the value is no longer below zero, and the values there and one
-    /// step before, of which the first is `before`; `None` where there is none.
+    /// The first of the next `most` steps at which the value is no longer negative, with the values there and one
+    /// step earlier, starting from `before`; `None` if there is none.
     pub(super) fn until_not_negative(&mut self, most: u32, mut before: f64) -> Option<(u32, [f64; 2])> {
         let mut k = 0;
         while k < most {
@@ -242,7 +242,7 @@ impl Walk {
 mod tests {
     use super::*;
 
-    /// A slide from rest under a drive far slower than the oscillator, by every single step.
+    /// A slide from rest under a drive far slower than the oscillator, checked at every single step.
     #[test]
     fn leaps_miss_no_end_of_a_slide() {
         let mut long = 0;

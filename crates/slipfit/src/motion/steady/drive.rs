@@ -3,7 +3,7 @@
 use crate::error::Error;
 use std::f64::consts::PI;
 
-/// A harmonic drive at the base, `x_0 cos(omega t)`; a force `P cos(omega t)` is `x_0 = P/k`.
+/// A harmonic base drive, `x_0 cos(omega t)`; a force `P cos(omega t)` corresponds to `x_0 = P/k`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HarmonicDrive {
     pub(super) amplitude: f64,
@@ -11,7 +11,7 @@ pub struct HarmonicDrive {
 }
 
 impl HarmonicDrive {
-    /// Amplitude `x_0` and angular frequency, rad/s.
+    /// Drive from the amplitude `x_0` and the angular frequency, rad/s.
     ///
     /// # Errors
     /// [`Error::Parameter`] unless `1e-150 <= amplitude <= 1e100` and `0 < omega <= 1e50`.

@@ -1,4 +1,4 @@
-//! The exact steady motion with two turns a cycle and no stop (Den Hartog 1931), closed.
+//! The exact steady motion with two turning points per cycle and no stop (Den Hartog 1931), in closed form.
 
 use super::{HarmonicDrive, Phasor, dynamic_stiffness};
 use crate::model::oscillator::Oscillator;
@@ -6,7 +6,7 @@ use crate::numeric::double_double::{Dd, two_sum};
 use crate::numeric::quadrature::integrate;
 use std::f64::consts::PI;
 
-/// The periodic motion that turns twice a cycle and never stops.
+/// The periodic motion that turns twice per cycle and never stops.
 ///
 /// With `y = pi delta/omega`, `theta = pi omega_d/omega`, `D = k - m omega² + i gamma omega`,
 ///
@@ -18,8 +18,8 @@ use std::f64::consts::PI;
 /// X_1 = p - i q - i (4F/pi)/D,   X_n = -i (4F/n pi)/D(n omega)
 /// ```
 ///
-/// with time counted from the turn. It is what eq. (3) of Vitorino, Vieira and Rodrigues
-/// sums to, and what eq. (8) approximates.
+/// with time counted from the turning point. Eq. (3) of Vitorino, Vieira and Rodrigues converges to this motion, and
+/// eq. (8) approximates it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ClosedForm {
     oscillator: Oscillator,
@@ -28,7 +28,7 @@ pub struct ClosedForm {
     amplitude: f64,
     p: f64,
     q: f64,
-    /// The drive is `x_0 cos(omega t + drive_phase)` with time from the turn.
+    /// The drive is `x_0 cos(omega t + drive_phase)`, with time counted from the turning point.
     drive_phase: f64,
     a: f64,
     b: f64,
@@ -37,18 +37,17 @@ pub struct ClosedForm {
 impl ClosedForm {
     /// Evaluates the formulas.
     ///
-    /// `None` where they have no solution with `X > 0`: too weak a drive, or no damping at
-    /// all at resonance. A value does not say that the motion exists: see
-    /// [`ClosedForm::holds`].
+    /// `None` if they have no solution with `X > 0`: the drive is too weak, or there is no damping at resonance. A
+    /// solution does not imply that the motion exists: see [`ClosedForm::holds`].
     pub fn new(oscillator: &Oscillator, drive: &HarmonicDrive) -> Option<Self> {
         let (omega_0, delta, x_f) =
             (oscillator.omega_0(), oscillator.decay_rate_per_s(), oscillator.friction_displacement());
         let omega = drive.omega();
         let omega_d = Dd::root_of_difference_of_squares(omega_0, delta);
-        // theta = pi (1 - e); e is small at resonance, where N lives on its square.
+        // theta = pi (1 - e); e is small at resonance, where N depends on its square.
         let e = two_sum(omega, -omega_d.hi).sub(Dd { hi: omega_d.lo, lo: 0.0 }).value() / omega;
         let (y, sin_theta, half) = (PI * delta / omega, (PI * e).sin(), (0.5 * PI * e).sin());
-        // Beyond y = 20 the hyperbolic functions are divided out, lest they overflow.
+        // Beyond y = 20 the hyperbolic functions are divided out to avoid overflow.
         let (sinh_over_n, one_over_n) = if y > 20.0 {
             (1.0, 2.0 * (-y).exp())
         } else {
@@ -78,11 +77,11 @@ impl ClosedForm {
         })
     }
 
-    /// Whether the mass really moves so: it must start at the turn at once, against static
-    /// friction, and its velocity keep its sign for half a cycle.
+    /// Whether the mass really moves this way: at the turning point it must start at once against static friction,
+    /// and its velocity must keep its sign for half a cycle.
     ///
-    /// Decided by the event machine, started at the turn: the next event must be the
-    /// opposite turn, half a period later.
+    /// This is decided by the event machine, started at the turning point: the next event must be the opposite
+    /// turning point, half a period later.
     pub fn holds(&self) -> bool {
         use crate::motion::simulate::{EventKind, Harmonic, Motion};
         let omega = self.drive.omega();
@@ -109,12 +108,12 @@ impl ClosedForm {
         self.amplitude
     }
 
-    /// Phase of the fundamental behind the turn, rad: the `phi_1` of eq. (7).
+    /// Phase lag of the fundamental relative to the turning point, rad: `phi_1` of eq. (7).
     pub fn fundamental_phase(&self) -> f64 {
         -self.counted_from_turn(1).arg()
     }
 
-    /// Time of the positive turn after the drive's crest, s: the response lags.
+    /// Time of the positive turning point after the drive's crest, s (lag of the response).
     pub fn turn_time_s(&self) -> f64 {
         self.drive_phase.rem_euclid(2.0 * PI) / self.drive.omega()
     }
@@ -128,12 +127,12 @@ impl ClosedForm {
         }
     }
 
-    /// Phasor of harmonic `n`, time from the drive's crest; zero for even `n`.
+    /// Phasor of harmonic `n`, with time counted from the drive's crest; zero for even `n`.
     pub fn harmonic(&self, n: u32) -> Phasor {
         self.counted_from_turn(n) * Phasor::from_polar(1.0, -f64::from(n) * self.drive_phase)
     }
 
-    /// Displacement and velocity, `u` after the positive turn, `0 <= u <= pi/omega`.
+    /// Displacement and velocity at the time `u` after the positive turning point, `0 <= u <= pi/omega`.
     fn half_cycle(&self, u: f64) -> (f64, f64) {
         let o = &self.oscillator;
         let (w, delta) = (o.omega_d(), o.decay_rate_per_s());
@@ -147,7 +146,7 @@ impl ClosedForm {
         (x, v)
     }
 
-    /// Displacement and velocity, time from the drive's crest.
+    /// Displacement and velocity, with time counted from the drive's crest.
     pub fn state(&self, time_s: f64) -> (f64, f64) {
         let half = PI / self.drive.omega();
         let u = (time_s - self.turn_time_s()).rem_euclid(2.0 * half);

@@ -1,5 +1,5 @@
-//! The exact fundamental with its derivatives by the oscillator's parameters: what a
-//! resonance curve is fitted with.
+//! The exact fundamental with its derivatives with respect to the oscillator's parameters, used for fitting resonance
+//! curves.
 
 use super::closed::{self, Closed, Halves, KAPPA};
 use super::one_stop::{self, Digits, Row, Slip};
@@ -14,15 +14,15 @@ use std::f64::consts::PI;
 pub(crate) use super::one_stop::{GROUP, Group, GroupResponse, Slips};
 pub use super::response::{Fundamental, Point, Regime};
 
-/// The closed form with two turns a cycle, followed also where the motion would stop and
-/// for a friction below zero, so that a fit has something smooth to follow:
+/// The closed form with two turning points per cycle, continued also to motions that would stop and to negative
+/// friction, so that a fit has a smooth function:
 ///
 /// ```text
 /// Z = x_0/D - i (4/pi) (x_F/x_0) (D*/D) (p + i q),   q = H x_F,   p = sqrt((x_0/|D|)² - q²)
 /// ```
 ///
-/// with `D` the dynamic over the static stiffness and `H` as in
-/// [`ClosedForm`](super::exact::ClosedForm). `None` where the root has no value.
+/// with `D` the dynamic over the static stiffness and `H` as in [`ClosedForm`](super::exact::ClosedForm). `None` if
+/// the root has no real value.
 #[inline]
 pub fn closed(at: &Point) -> Option<Fundamental> {
     closed_at(at).map(|c| c.fundamental())
@@ -38,41 +38,40 @@ fn closed_at(at: &Point) -> Option<Closed> {
     (c.p > 0.0 && c.p.is_finite()).then_some(c)
 }
 
-/// Swings of the oscillator in a cycle of the drive, begun ones counted.
+/// Number of oscillator swings per cycle of the drive, rounded up.
 fn swings(at: &Point) -> u64 {
     ((at.omega_0 / at.omega) as u64).saturating_add(1)
 }
 
-/// Whether the mass, just turned, moves on at once and keeps its direction for half a cycle.
+/// Whether the mass moves on at once at the turning point and keeps its direction for half a cycle.
 fn moves_on(at: &Point, c: &Closed) -> bool {
     c.push(at.x_f) >= 0.0 && (at.omega > closed::NEVER_TURNS * at.omega_0 || closed::keeps_direction(at, c))
 }
 
-/// The exact fundamental, whatever stops the motion has, with its derivatives.
+/// The exact fundamental, for any number of stops, with its derivatives.
 ///
-/// Static friction is taken as kinetic. Two turns a cycle and symmetric motion with stops
-/// are closed (the latter up to the roots of the slides' ends); for anything else (a drive far
-/// slower than a hardly damped oscillator) the orbit is found by shooting, with the
-/// derivatives of the closed form. A friction below zero, which has no motion, gets the
-/// closed form continued.
+/// Static friction is taken equal to kinetic friction. Motion with two turning points per cycle and symmetric motion
+/// with stops have closed forms (the latter up to the roots for the ends of the slides). For anything else (a drive
+/// far slower than a hardly damped oscillator) the orbit is found by shooting, with the derivatives of the closed
+/// form. A negative friction, for which no motion exists, gets the continued closed form.
 ///
-/// `None` where there is no such motion: no damping at resonance, an overdamped oscillator
-/// (`delta >= omega_0`) that moves at all, or values that are no numbers.
+/// `None` if there is no such motion: no damping at resonance, an overdamped oscillator (`delta >= omega_0`) that
+/// moves at all, or non-finite values.
 pub fn fundamental(at: &Point) -> Option<Fundamental> {
     Follower::default().fundamental(at)
 }
 
-/// The same along a curve: the last motion with a stop begins the search for the next.
+/// The same along a curve: the last motion with a stop gives the start values of the next.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Follower {
     last: Option<Followed>,
-    /// That at the frequency before.
+    /// The motion at the frequency before.
     before: Option<Followed>,
-    /// Accuracy at which the motion next to the last one is taken.
+    /// Accuracy of a motion next to the last one.
     digits: Digits,
-    /// Whether periodic motions that no formula gives are searched for.
+    /// Whether periodic motions without a closed form are searched for.
     searches: bool,
-    /// Work done, in units of some 30 ns.
+    /// Work done, in units of about 30 ns.
     work: u64,
     /// Work after which no further motion is computed.
     most_work: u64,
@@ -85,36 +84,36 @@ struct Followed {
     slip: Slip,
 }
 
-/// Distance to the next frequency, over that between the last two, up to which a motion is followed
-/// along a straight line.
+/// Distance to the next frequency, over that between the last two, up to which a motion is extrapolated linearly.
 const LONGEST_LINE: f64 = 4.0;
-/// The same of a group of frequencies.
+/// The same for a group of frequencies.
 const LONGEST_LINE_OF_GROUPS: f64 = 4.0 * GROUP as f64;
 
 /// Work of one motion by each method, from its computing time.
 const WORK_OF_CLOSED: u64 = 9;
-/// The most of swings that the walk along a half cycle counts: it ends with the first turn, or leaps.
+/// Maximum number of swings counted for the walk along a half cycle, because it ends with the first turning point, or
+/// leaps.
 const MOST_WALKED: u64 = 50;
 const WORK_OF_ONE_STOP: u64 = 8;
-/// The same for each swing of the oscillator in a cycle of its drive.
+/// The same per swing of the oscillator in a cycle of its drive.
 const WORK_OF_SWING: u64 = 2;
-/// Eight motions with one stop, side by side.
+/// Work of eight motions with one stop, computed side by side.
 const WORK_OF_GROUP: u64 = 40;
 const WORK_OF_SLIDE: u64 = 26;
 const WORK_OF_ARC: u64 = 30;
-/// Swings of the oscillator that take as long to be followed as an arc takes besides.
+/// Number of oscillator swings that take as long to follow as the fixed cost of an arc.
 const SWINGS_OF_ARC: u64 = 2;
-/// States of a motion, in the integral for its fundamental, that take as long as an arc.
+/// Number of states, in the integral for the fundamental, that take as long as an arc.
 const STATES_OF_ARC: u64 = 5;
-/// Arcs that take as long as that integral over one, as far as that is known before.
+/// Number of arcs that take as long as that integral over one arc, as estimated in advance.
 const ARCS_OF_QUADRATURE: u64 = 20;
-/// Frequency over the natural one from which on the response is small beside its rounding, and its
-/// integral takes longer.
+/// Frequency over the natural frequency above which the response is small compared with its rounding error, so that
+/// its integral takes longer.
 const SMALL_RESPONSE: f64 = 300.0;
-/// Arcs, for each swing of the oscillator, of a search that finds no periodic motion.
+/// Number of arcs, per swing of the oscillator, of a search that finds no periodic motion.
 const ARCS_OF_FAILED_SEARCH: u64 = 1_000;
-/// Swings of the oscillator in a cycle of the drive beyond which a fit follows no motion with stops: each
-/// is passed through in steps.
+/// Number of oscillator swings per cycle of the drive above which a fit computes no motion with stops, because each
+/// swing has to be stepped through.
 const MOST_SWINGS: f64 = 1_000.0;
 
 impl Default for Follower {
@@ -131,13 +130,13 @@ impl Default for Follower {
 }
 
 impl Follower {
-    /// For a fit: eight digits, where twelve take a hundred times as long, and no motion after so much
-    /// work.
+    /// Settings for a fit: eight digits, because twelve take a hundred times as long, and no further motion after
+    /// `most_work`.
     pub(crate) fn for_fit(most_work: u64) -> Self {
         Self { digits: Digits::Eight, most_work, ..Self::default() }
     }
 
-    /// Without the motions that are found by a search only.
+    /// Without the motions that can only be found by a search.
     pub(crate) fn without_search() -> Self {
         Self { searches: false, ..Self::default() }
     }
@@ -156,7 +155,7 @@ impl Follower {
             return None;
         }
         if at.delta.abs() >= at.omega_0 {
-            // What rests does so however it is damped.
+            // A mass at rest stays at rest whatever the damping.
             return (at.x_0 <= at.x_f).then_some(Fundamental::REST);
         }
         if self.work >= self.most_work {
@@ -167,7 +166,7 @@ impl Follower {
         if at.x_f <= 0.0 {
             return closed.map(|c| c.fundamental());
         }
-        // Whether it keeps its direction is looked for along the half cycle.
+        // The check that it keeps its direction walks along the half cycle.
         self.work = self.work.saturating_add(swings(at).min(MOST_WALKED));
         if let Some(c) = closed.filter(|c| moves_on(at, c)) {
             return Some(c.fundamental());
@@ -175,7 +174,7 @@ impl Follower {
         self.stopping(at, closed)
     }
 
-    /// Where the mass does not move on at its turn.
+    /// Motion whose mass does not move on at its turning point.
     fn stopping(&mut self, at: &Point, closed: Option<Closed>) -> Option<Fundamental> {
         if at.x_0 <= at.x_f {
             return Some(Fundamental::REST);
@@ -207,7 +206,7 @@ impl Follower {
             }
         }
         if found.is_none() && self.searches {
-            // What the search may take is known before it begins.
+            // An upper limit of the work of the search is known before it begins.
             let failed = WORK_OF_ARC.saturating_mul(ARCS_OF_FAILED_SEARCH).saturating_mul(swings);
             let left = self.most_work.saturating_sub(self.work).saturating_sub(work);
             if !limited || failed.saturating_add(quadrature(at).saturating_mul(8 * WORK_OF_ARC)) < left {
@@ -226,7 +225,7 @@ impl Follower {
         Some(found)
     }
 
-    /// Where the motions followed lead at the next frequencies; `None` without any.
+    /// Extrapolation of the followed motions to the next frequencies; `None` if there are none.
     pub(crate) fn slips(&self, omega: &Row) -> Option<Slips> {
         let last = self.last?;
         let before = self.before.unwrap_or(Followed { omega: 0.5 * last.omega, ..last });
@@ -242,7 +241,7 @@ impl Follower {
         Some(slips)
     }
 
-    /// Motions with one stop were found in a group.
+    /// Records the motions with one stop that were found in a group.
     pub(crate) fn follow(&mut self, omega: &Row, slips: &Slips, found: &[bool; GROUP]) {
         for k in (0..GROUP).filter(|&k| found[k]) {
             let slip = Slip::new(slips.phase[k], slips.duration[k]);
@@ -250,22 +249,22 @@ impl Follower {
         }
     }
 
-    /// Counts the work of so many groups of motions.
+    /// Adds the work of this many groups of motions.
     pub(crate) fn count_groups(&mut self, groups: u64) {
         self.work += WORK_OF_GROUP * groups;
     }
 
-    /// Counts so many motions in closed form, side by side.
+    /// Adds the work of this many motions in closed form, computed side by side.
     pub(crate) fn count_closed(&mut self, motions: u64) {
         self.work += motions;
     }
 
-    /// Whether no further motion is computed.
+    /// Whether the work is used up, so that no further motion is computed.
     pub(crate) fn is_spent(&self) -> bool {
         self.work >= self.most_work
     }
 
-    /// Accuracy asked for.
+    /// Requested accuracy.
     pub(crate) fn digits(&self) -> Digits {
         self.digits
     }
@@ -277,7 +276,7 @@ impl Follower {
         self.last = Some(Followed { omega, slip });
     }
 
-    /// Where the motion followed leads at the next frequency.
+    /// Extrapolation of the followed motion to the next frequency.
     fn near(&self, omega: f64) -> Option<Slip> {
         let last = self.last?;
         let Some(before) = self.before else { return Some(last.slip) };
@@ -289,14 +288,14 @@ impl Follower {
     }
 }
 
-/// Leading term, eq. (8), with derivatives; the mass rests where it has no root.
+/// Leading term, eq. (8), with derivatives; the mass rests if it has no root.
 pub fn leading(at: &Point) -> Option<Fundamental> {
     let omega_0 = Dual::<4>::variable(at.omega_0, 0);
     let delta = Dual::variable(at.delta, 1);
     let x_0 = Dual::variable(at.x_0, 2);
     let b = Dual::variable(at.x_f, 3).scale(KAPPA);
     let over = (omega_0 * omega_0).recip();
-    // omega_0 - omega, kept apart.
+    // omega_0 - omega, given separately for accuracy.
     let mut gap = omega_0;
     gap.value = -at.detuning;
     let re = gap * (omega_0 + Dual::constant(at.omega)) * over;
@@ -310,23 +309,23 @@ pub fn leading(at: &Point) -> Option<Fundamental> {
     if !(r.value > 0.0 && r.value.is_finite()) {
         return Some(Fundamental::REST);
     }
-    // x_0 = (D R + i b) e^(i lag) turned back.
+    // x_0 = (D R + i b) e^(i lag), rotated back.
     let z = Pair::new(re * r, im * r + b).conj().times(r * x_0.recip());
     Some(Fundamental::of_pair(&z, Regime::Sliding))
 }
 
-/// Cycles after which the event machine gives up.
+/// Number of cycles after which the event machine gives up.
 const MOST_CYCLES: u32 = 60;
 
-/// The periodic motion of the event machine with the derivatives of `near`, and the number of arcs
-/// computed; no number where there is no such motion.
+/// The periodic motion of the event machine with the derivatives of `near`, and the number of arcs computed; `None`
+/// if there is no such motion.
 fn by_event_machine(
     at: &Point,
     near: Option<Fundamental>,
     from_rest: bool,
 ) -> (Option<Fundamental>, Option<u64>) {
     let Some(orbit) = orbit(at, from_rest) else { return (None, None) };
-    // The end of an arc is looked for along it.
+    // Finding the end of an arc takes time along the arc.
     let a_cycle = orbit.events().len() as u64 + 2 + swings(at) / SWINGS_OF_ARC;
     let arcs = u64::from(orbit.cycles()).saturating_mul(a_cycle);
     if orbit.events().is_empty() {
@@ -340,12 +339,12 @@ fn by_event_machine(
     (Some(Fundamental { value, regime: Regime::ManyTurns, ..near }), Some(arcs))
 }
 
-/// Arcs that take as long as the integral for the fundamental over one.
+/// Number of arcs that take as long as the integral for the fundamental over one arc.
 fn quadrature(at: &Point) -> u64 {
     ARCS_OF_QUADRATURE.saturating_mul(((at.omega / at.omega_0 / SMALL_RESPONSE) as u64).saturating_add(1))
 }
 
-/// The orbit that is reached from rest, or, where that reaches none, from some other start.
+/// The orbit that is reached from rest or, if none is reached, from some other start.
 fn orbit(at: &Point, from_rest: bool) -> Option<PeriodicOrbit> {
     let oscillator = Oscillator::kinematic(at.omega_0, at.delta.max(0.0), at.x_f).ok()?;
     let drive = HarmonicDrive::new(at.x_0, at.omega).ok()?;
@@ -373,7 +372,7 @@ mod tests {
         solve(&o, &HarmonicDrive::new(at.x_0, at.omega).unwrap()).ok().map(|s| s.state.harmonic(1))
     }
 
-    /// Grid over flanks, stops and sticks.
+    /// Grid over flanks, stops and sticking.
     fn grid() -> Vec<Point> {
         let mut all = Vec::new();
         for r in [0.23, 0.4, 0.62, 0.8, 0.9, 0.97, 0.999, 1.0, 1.004, 1.05, 1.2, 1.7, 2.6] {
@@ -424,7 +423,7 @@ mod tests {
             let check = |name: &str, by: Phasor, size: f64, moved: &dyn Fn(f64) -> Point| {
                 let (up, down) = (fundamental(&moved(step * size)), fundamental(&moved(-step * size)));
                 let (Some(up), Some(down)) = (up, down) else { return };
-                // Across the edge of a regime the slope itself jumps.
+                // At the border of a regime the slope itself is discontinuous.
                 if f.regime == Regime::ManyTurns || up.regime != f.regime || down.regime != f.regime {
                     return;
                 }
@@ -485,7 +484,7 @@ mod tests {
         }
     }
 
-    /// `stops` integrates velocities and carries derivatives forward; `one_stop` does neither.
+    /// `stops` integrates velocities and propagates derivatives; `one_stop` does neither.
     #[test]
     fn one_stop_is_the_motion_followed_from_stop_to_stop() {
         let (mut compared, mut warm) = (0, 0);
@@ -530,7 +529,7 @@ mod tests {
                 compared += 1;
             }
         }
-        // A neighbour's motion is nearly always start enough.
+        // The motion at the neighbouring frequency is nearly always a sufficient start value.
         assert!(compared > 500, "{warm} of {compared}");
         assert!(warm * 100 > 97 * compared, "{warm} of {compared}");
     }

@@ -12,19 +12,17 @@ use std::f64::consts::PI;
 /// Z² = (k - m omega²)² + gamma² omega²
 /// ```
 ///
-/// The series cut after its first term, with `phi_1 = 0`. At resonance the turning points
-/// are met to 2e-4 and the fundamental to 1e-3 at a gain of 5 (`Q = 50`, `beta = 0.9`);
-/// on the flanks it is 9 % low at `0.97 omega_0` and 20 % high at `1.06 omega_0`, which the
-/// paper does not say. Beyond the shift of viscous damping it has no shift of the
-/// resonance; the exact one lies lower by about `2 (F/(pi k R))²`.
+/// It is the series truncated after its first term, with `phi_1 = 0`. At resonance the turning points agree to 2e-4
+/// and the fundamental to 1e-3 at a gain of 5 (`Q = 50`, `beta = 0.9`); on the flanks it is 9 % too low at `0.97
+/// omega_0` and 20 % too high at `1.06 omega_0`, which the paper does not mention. Apart from the shift due to
+/// viscous damping it has no shift of the resonance; the exact resonance is lower by about `2 (F/(pi k R))²`.
 ///
-/// Zero where the drive is too weak to give a motion: `x_0 <= 4F/(pi k)` at resonance.
+/// It is zero if the drive is too weak for a motion: `x_0 <= 4F/(pi k)` at resonance.
 pub fn leading_amplitude(oscillator: &Oscillator, drive: &HarmonicDrive) -> f64 {
     super::series::solve(oscillator, drive, 1).map_or(0.0, |x| x[0].norm())
 }
 
-/// The leading term with drag `c v|v|` besides: the phasor of the fundamental, the
-/// drive's crest at `t = 0`.
+/// The leading term with additional drag `c v|v|`: the phasor of the fundamental, with the drive's crest at `t = 0`.
 ///
 /// Balance of the fundamental, with `a2` the drag rate ([`drag_rate`](crate::motion::decay::drag_rate)):
 ///
@@ -32,7 +30,7 @@ pub fn leading_amplitude(oscillator: &Oscillator, drive: &HarmonicDrive) -> f64 
 /// |D(omega)/k R + i (4 x_F/pi + 2 a2 omega R²/omega_0²)| = x_0,    a2 = 4 c omega/(3 pi m)
 /// ```
 ///
-/// The left side grows with `R`, so the root is one. `None` where the drive is too weak.
+/// The left side grows with `R`, so the root is unique. `None` if the drive is too weak.
 pub(crate) fn with_drag(oscillator: &Oscillator, drive: &HarmonicDrive, drag_rate: f64) -> Option<Phasor> {
     let omega = drive.omega();
     let d = dynamic_stiffness(oscillator, omega);
@@ -43,7 +41,7 @@ pub(crate) fn with_drag(oscillator: &Oscillator, drive: &HarmonicDrive, drag_rat
     if b >= x_0 {
         return None;
     }
-    // |balance| grows from b < x_0; without drag the root is the start of the search.
+    // |balance| grows from b < x_0; the root without drag is the start of the search.
     let mut high = match super::series::solve(oscillator, drive, 1) {
         Some(x) => x[0].norm(),
         None if c > 0.0 => (x_0 / c).sqrt(),

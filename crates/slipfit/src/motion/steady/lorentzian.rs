@@ -1,13 +1,12 @@
 //! The effective Lorentzian, eqs. (9) to (14) of Vitorino, Vieira and Rodrigues.
 //!
-//! A resonance curve with sliding friction looks like one without, of another quality
-//! factor `Q_f` and another drive `x_f`. Beware of the paper's `x_f`: an effective drive
-//! amplitude, no friction displacement.
+//! A resonance curve with sliding friction resembles one without friction, but with another quality factor `Q_f` and
+//! another drive `x_f`. Note that the paper's `x_f` is an effective drive amplitude, not a friction displacement.
 //!
-//! The proportionality `a` is not the constant 4/3 the paper finds: it runs from 1.24 to
-//! 1.62 with `beta` and with the window fitted. Inverting with 4/3 biases `F` by +53 %
-//! (`beta` 0.05, window of 1.5 half line widths) to -3.3 % (`beta` 0.9, window of 10), `Q` by
-//! +3 % to -23 % in the same two. Fitting eq. (8) or the exact curve has no such bias.
+//! The proportionality factor `a` is not the constant 4/3 found in the paper: it varies from 1.24 to 1.62 with `beta`
+//! and with the fitted window. Inverting with 4/3 biases `F` by +53 % (`beta` 0.05, window of 1.5 half line widths)
+//! to -3.3 % (`beta` 0.9, window of 10), and `Q` by +3 % to -23 % for the same two cases. Fitting eq. (8) or the
+//! exact curve has no such bias.
 
 pub use super::lorentzian_fit::{LorentzianFit, fit};
 
@@ -16,7 +15,7 @@ use crate::error::Error;
 use crate::model::oscillator::{Oscillator, above_zero};
 use std::f64::consts::PI;
 
-/// The paper's proportionality `a`, "4/3".
+/// The paper's proportionality factor `a`, "4/3".
 pub const PAPER_A: f64 = 4.0 / 3.0;
 
 /// Amplitude at resonance, eq. (9): `R_0 = Q (x_0 - 4F/(pi k))`; zero below the threshold.
@@ -32,8 +31,7 @@ pub fn effective_decay_rate_at(oscillator: &Oscillator, amplitude: f64) -> f64 {
     oscillator.decay_rate_per_s() + 2.0 * x_f * oscillator.omega_0() / (PI * amplitude)
 }
 
-/// Effective damping by the drive, eq. (11), as a decay rate in 1/s:
-/// `delta / (1 - beta/a)`.
+/// Effective damping as a function of the drive, eq. (11), as a decay rate in 1/s: `delta / (1 - beta/a)`.
 pub fn effective_decay_rate(oscillator: &Oscillator, drive_amplitude: f64, a: f64) -> f64 {
     oscillator.decay_rate_per_s() / (1.0 - oscillator.friction_ratio(drive_amplitude) / a)
 }
@@ -52,8 +50,7 @@ pub fn effective_drive(oscillator: &Oscillator, drive_amplitude: f64, a: f64) ->
 /// The effective Lorentzian, eq. (14):
 /// `R = x_f omega_0² / sqrt((omega_0² - omega²)² + (omega omega_0/Q_f)²)`.
 ///
-/// Right at resonance by construction; on the flanks only as good as `a`. Zero below
-/// the threshold `beta = 1`.
+/// Correct at resonance by construction; on the flanks only as accurate as `a`. Zero below the threshold `beta = 1`.
 pub fn lorentzian_amplitude(oscillator: &Oscillator, drive: &HarmonicDrive, a: f64) -> f64 {
     phasor(oscillator, drive, a).map_or(0.0, |x| x.norm())
 }
@@ -66,7 +63,7 @@ pub(super) fn phasor(oscillator: &Oscillator, drive: &HarmonicDrive, a: f64) -> 
     (x_f > 0.0 && q_f > 0.0).then(|| d.inv() * x_f)
 }
 
-/// What the paper's inversion makes of a fitted Lorentzian.
+/// Result of the paper's inversion of a fitted Lorentzian.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Inversion {
     /// Friction ratio `beta = 4F/(pi k x_0)`.
@@ -77,11 +74,11 @@ pub struct Inversion {
     pub q_factor: f64,
 }
 
-/// `F` and `Q` from a fitted `x_f` and `Q_f`, eqs. (12) and (13) solved, `x_0` known:
-/// `beta = (x_0 - x_f)/(x_0 - x_f/a)`.
+/// `F` and `Q` from a fitted `x_f` and `Q_f`, by solving eqs. (12) and (13) with known `x_0`: `beta = (x_0 -
+/// x_f)/(x_0 - x_f/a)`.
 ///
-/// The paper's way to its table, with `a` = [`PAPER_A`]. Biased as said in the
-/// [module](self); given for comparison.
+/// This is how the paper obtains its table, with `a` = [`PAPER_A`]. It is biased as described in the [module](self)
+/// and given for comparison.
 ///
 /// # Errors
 /// [`Error::Parameter`] unless `0 < x_f <= x_0`, `Q_f > 0` and `a > 1`.

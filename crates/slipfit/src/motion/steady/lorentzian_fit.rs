@@ -1,4 +1,4 @@
-//! Least squares of the effective Lorentzian, eq. (14).
+//! Least-squares fit of the effective Lorentzian, eq. (14).
 
 use crate::error::Error;
 use crate::inference::least_squares::{LeastSquares, Normal, minimise};
@@ -6,13 +6,13 @@ use crate::inference::least_squares::{LeastSquares, Normal, minimise};
 /// A Lorentzian fitted to a resonance curve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LorentzianFit {
-    /// Effective drive amplitude, the paper's `x_f` (no friction displacement).
+    /// Effective drive amplitude, the paper's `x_f` (not a friction displacement).
     pub effective_drive: f64,
     /// Effective quality factor `Q_f`.
     pub effective_q_factor: f64,
     /// Centre `omega_0`, rad/s.
     pub omega_0: f64,
-    /// Root mean square of the residual, in the unit of the amplitudes.
+    /// Root mean square of the residuals, in the unit of the amplitudes.
     pub residual_rms: f64,
 }
 
@@ -25,19 +25,17 @@ impl LorentzianFit {
     }
 }
 
-/// Fits eq. (14) of Vitorino, Vieira and Rodrigues to amplitudes over frequency, all three
-/// parameters free, every point of equal weight.
+/// Fits eq. (14) of Vitorino, Vieira and Rodrigues to amplitudes over frequency, with all three parameters free and
+/// equal weights.
 ///
-/// Feed the result to [`invert`](super::lorentzian::invert) to have what the paper makes
-/// of it, bias included.
+/// Pass the result to [`invert`](super::lorentzian::invert) to reproduce the paper's analysis, including its bias.
 ///
 /// - `omega`: angular frequencies, rad/s, above zero
-/// - `amplitude`: steady amplitudes, at least zero, in any one unit
+/// - `amplitude`: steady amplitudes, at least zero, all in the same unit
 ///
 /// # Errors
-/// [`Error::Length`] if the two differ; [`Error::TooFewSamples`] below four points;
-/// [`Error::Parameter`] for a value out of range or not finite; [`Error::NoFit`] where the
-/// points have no peak a Lorentzian could follow.
+/// [`Error::Length`] if the two differ; [`Error::TooFewSamples`] below four points; [`Error::Parameter`] for a value
+/// out of range or not finite; [`Error::NoFit`] if the points have no peak to which a Lorentzian can be fitted.
 ///
 /// ```
 /// # use slipfit::motion::steady::lorentzian::{LorentzianFit, fit};
@@ -71,7 +69,7 @@ pub fn fit(omega: &[f64], amplitude: &[f64]) -> Result<LorentzianFit, Error> {
         return Err(no_fit("every amplitude is zero"));
     }
     let centre = omega[top];
-    // Where the curve is above 0.7 of its peak is about a line width.
+    // The curve lies above 0.7 of its peak over about one line width.
     let inside = omega.iter().zip(amplitude).filter(|(_, r)| **r > 0.5f64.sqrt() * peak).map(|(w, _)| *w);
     let (low, high) = inside.fold((centre, centre), |(l, h), w| (l.min(w), h.max(w)));
     let step =

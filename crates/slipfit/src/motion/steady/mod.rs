@@ -1,17 +1,16 @@
-//! The driven steady state: the paper's approximations beside the exact motion.
+//! The driven steady state: the paper's approximations next to the exact motion.
 //!
-//! - [`series`]: Fourier series of any number of terms, eqs. (1) to (7) of Vitorino,
-//!   Vieira and Rodrigues
+//! - [`series`]: Fourier series with any number of terms, eqs. (1) to (7) of Vitorino, Vieira and Rodrigues
 //! - [`leading`]: its leading term, eq. (8), and the same with drag
-//! - [`lorentzian`]: effective quality factor and drive, eqs. (9) to (14), and back
-//! - [`exact`]: two turns a cycle and no stop, closed
-//! - [`orbit`]: with stops, by shooting on the event machine; stability
-//! - [`solve`]: the exact motion by the method that holds
-//! - [`validity()`]: the paper's limits, with the error made
-//! - [`scan`]: what an instrument shows, point by point or swept
+//! - [`lorentzian`]: effective quality factor and drive, eqs. (9) to (14), and their inversion
+//! - [`exact`]: closed form with two turning points per cycle and no stop
+//! - [`orbit`]: motions with stops, by shooting with the event machine; stability
+//! - [`solve`]: the exact motion by whichever method holds
+//! - [`validity()`]: the paper's limits, with the resulting errors
+//! - [`scan`]: the readings of an instrument, point by point or swept
 //! - [`atlas`]: errors of the approximations over `Q` and `beta`
 //!
-//! [`SteadyState::new`] puts any of them behind one interface:
+//! [`SteadyState::new`] gives them a common interface:
 //!
 //! ```
 //! # use slipfit::{Oscillator, motion::steady::{HarmonicDrive, Method, SteadyState}};
