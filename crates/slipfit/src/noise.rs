@@ -1,9 +1,10 @@
-//! For unit tests: noise, the same numbers wherever they run, records repeated with it, and motions under any force.
+//! Tools for unit tests: noise with the same values on every platform, records repeated with it, and motions under
+//! any force.
 
 use crate::ringdown::{Options, analyse};
 use crate::{Parameter, Record};
 
-/// Fails where more than four of 24 intervals miss the truth, as 95 % intervals do once in 200 times.
+/// Fails if more than four of 24 intervals miss the true value; 95 % intervals do so once in 200 times.
 pub(crate) fn assert_held(
     record: impl Fn(usize) -> Record,
     options: &Options,
@@ -19,8 +20,7 @@ pub(crate) fn assert_held(
     assert!(missed.len() <= 4, "missed {truth} in records {missed:?} of 24");
 }
 
-/// Number `i` of sequence `k`, a sum of twelve even ones: as good as normal out to three
-/// deviations.
+/// Number `i` of sequence `k`, a sum of twelve uniform numbers: close to normal out to three standard deviations.
 pub(crate) fn jitter(i: usize, k: u64) -> f64 {
     (0..12u64)
         .map(|j| {
@@ -34,8 +34,8 @@ pub(crate) fn jitter(i: usize, k: u64) -> f64 {
         - 6.0
 }
 
-/// Displacement and velocity, `n` times `dt` apart, of a mass released at `start` under a force `force(x, v)` over the
-/// mass: the classical Runge-Kutta rule in `parts` parts of each step.
+/// Displacement and velocity at `n` times `dt` apart of a mass released at `start` under a force `force(x, v)` over
+/// the mass, by the classical Runge-Kutta rule with `parts` parts per step.
 pub(crate) fn motion(
     force: impl Fn(f64, f64) -> f64,
     start: f64,

@@ -1,7 +1,7 @@
-//! What the paper prints, what holds, and the exact motion, in numbers.
+//! The printed statements of the paper, what holds instead, and the exact motion, in numbers.
 //!
 //! Vitorino, Vieira and Rodrigues, "Effect of sliding friction in harmonic oscillators".
-//! [`statements`] computes every place where the printed text does not hold.
+//! [`statements`] computes every statement of the printed text that does not hold.
 
 use crate::error::Error;
 use crate::inference::least_squares::{LeastSquares, Normal, minimise};
@@ -12,31 +12,31 @@ use crate::motion::steady::{HarmonicDrive, Method, Phasor, SteadyState, leading,
 use crate::numeric::GOLDEN_SECTION;
 use std::f64::consts::{PI, TAU};
 
-/// A place of the paper where the print does not hold.
+/// A statement of the paper that does not hold as printed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Statement {
-    /// Where it stands.
+    /// Location in the paper.
     pub place: &'static str,
-    /// What is printed.
+    /// The printed statement.
     pub printed: &'static str,
-    /// What holds.
+    /// The corrected statement.
     pub holds: &'static str,
-    /// The oscillator it was measured on.
+    /// The oscillator for which it was evaluated.
     pub case: &'static str,
-    /// The difference it makes.
+    /// The resulting differences.
     pub measures: Vec<Measure>,
 }
 
-/// One quantity by the print, corrected, and exact.
+/// One quantity by the printed statement, by the corrected one, and exactly.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Measure {
-    /// What it is, with its unit where it has one.
+    /// The quantity, with its unit if it has one.
     pub quantity: &'static str,
-    /// By the printed statement.
+    /// Value by the printed statement.
     pub printed: f64,
-    /// By the corrected statement.
+    /// Value by the corrected statement.
     pub holds: f64,
-    /// Of the exact motion.
+    /// Value of the exact motion.
     pub exact: f64,
 }
 
@@ -58,7 +58,7 @@ fn relative(value: f64, exact: f64) -> f64 {
 
 const STRONG: &str = "Q = 50, beta = 0.9, omega_0 = 1 rad/s, x_0 = 1";
 
-/// Every statement of the paper that needs correction, measured now.
+/// Every statement of the paper that needs correction, evaluated now.
 ///
 /// # Errors
 /// None expected: the cases are fixed, and a test runs them.
@@ -124,7 +124,7 @@ fn sign_of_friction() -> Result<Statement, Error> {
     let (o, drive) = (strong()?, HarmonicDrive::new(1.0, 0.97)?);
     let exact = closed(&o, 0.97)?;
     let turn = exact.turn_time_s();
-    // Time from the turn, as the paper counts it: the crest of the drive lies before.
+    // Time is counted from the turning point, as in the paper: the crest of the drive lies before it.
     let t = 0.15 * drive.period_s();
     let (x, v) = exact.state(t + turn);
     let base = (drive.omega() * (t + turn)).cos();
@@ -205,7 +205,7 @@ fn flanks() -> Result<Statement, Error> {
     })
 }
 
-/// Highest point of a curve with one maximum, by golden section.
+/// Maximum of a curve with a single maximum, by golden-section search.
 fn top(mut f: impl FnMut(f64) -> Result<f64, Error>) -> Result<f64, Error> {
     let (mut a, mut b) = (0.98, 1.02);
     for _ in 0..60 {
@@ -234,7 +234,7 @@ fn shift() -> Result<Statement, Error> {
     })
 }
 
-/// Exact fundamentals over a window of `lines` half line widths either side.
+/// Exact fundamentals over a window of `lines` half line widths on either side.
 fn curve(o: &Oscillator, lines: f64) -> Result<(Vec<f64>, Vec<f64>), Error> {
     let half = lines * o.decay_rate_per_s();
     (0..61)
@@ -255,7 +255,7 @@ fn proportionality() -> Result<Statement, Error> {
         let o = driven(50.0, beta)?;
         let (omega, amplitude) = curve(&o, lines)?;
         let line = lorentzian::fit(&omega, &amplitude)?;
-        // A window too narrow may fit an x_f above x_0 by a hair.
+        // For a very narrow window the fitted x_f may slightly exceed x_0.
         let x_f = line.effective_drive.min(1.0);
         let back = lorentzian::invert(x_f, line.effective_q_factor, 1.0, lorentzian::PAPER_A)?;
         let (q, x) = fit_series(&omega, &amplitude, &o)?;
@@ -274,7 +274,7 @@ fn proportionality() -> Result<Statement, Error> {
     })
 }
 
-/// Fits `Q` and `x_F` of the series to a curve, `omega_0` and `x_0` known.
+/// Fits `Q` and `x_F` of the series to a curve, with known `omega_0` and `x_0`.
 fn fit_series(omega: &[f64], amplitude: &[f64], near: &Oscillator) -> Result<(f64, f64), Error> {
     struct Curve<'a>(&'a [f64], &'a [f64]);
     impl Curve<'_> {
@@ -312,7 +312,7 @@ fn fit_series(omega: &[f64], amplitude: &[f64], near: &Oscillator) -> Result<(f6
             true
         }
     }
-    // Begun off the truth, so that finding it is an achievement.
+    // Start values off the true values, so that finding those is a real test.
     let start = [1.1 * near.zeta(), 0.9 * near.friction_displacement()];
     let fit = minimise(&Curve(omega, amplitude), &start, &[0, 1])
         .ok_or(Error::NoFit { reason: "the series has no motion there" })?;
@@ -344,7 +344,7 @@ fn offset() -> Result<Statement, Error> {
         let o = Oscillator::builder().omega_0(1.0).q_factor(q).friction_displacement(0.01).build()?;
         let d = FreeDecay::from_rest(&o, 1.0)?;
         let [a, b, c] = [0, 1, 2].map(|n| d.turning_point(n).position.abs());
-        // |X_n| + C falls by one factor: C from three turning points.
+        // |X_n| + C falls by a constant factor: C follows from three turning points.
         let exact = (b * b - a * c) / (a + c - 2.0 * b);
         Ok::<_, Error>(Measure {
             quantity,

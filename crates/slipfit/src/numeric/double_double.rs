@@ -1,7 +1,7 @@
-//! Sums of two doubles: 106 bits where 53 would let a phase drift.
+//! Double-double arithmetic: 106 bits, for phases that would drift with 53.
 //!
-//! After ten thousand half cycles a phase of 3e4 rad held in one double is
-//! uncertain by 4e-12; held in two, by nothing that matters.
+//! After ten thousand half cycles a phase of 3e4 rad in one double is uncertain by 4e-12; in double-double precision
+//! the uncertainty is negligible.
 
 /// An unevaluated sum `hi + lo` with `|lo|` at most half an ulp of `hi`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,7 +21,7 @@ pub(crate) fn two_sum(a: f64, b: f64) -> Dd {
     Dd { hi: s, lo: (a - (s - t)) + (b - t) }
 }
 
-/// `a * b` and its rounding error (Dekker's splitting: no fused multiply needed).
+/// `a * b` and its rounding error (Dekker's splitting; no fused multiply-add needed).
 ///
 /// Beyond 1e150 the splitting itself would overflow; there the error term is
 /// dropped.
@@ -98,8 +98,7 @@ impl Dd {
         Self::renorm(s, r.value() / (2.0 * s))
     }
 
-    /// Pieces of 26 bits, the last taking what is left: their products with whole numbers below
-    /// 2^27 are exact.
+    /// Pieces of 26 bits, the last with the remainder: their products with integers below 2^27 are exact.
     pub(crate) fn thirds(self) -> [f64; 3] {
         let cut = |x: f64| f64::from_bits(x.to_bits() & !((1 << 27) - 1));
         let a = cut(self.hi);

@@ -1,8 +1,8 @@
-//! Numbers that carry their derivatives along, real and complex.
+//! Dual numbers, real and complex, which carry their derivatives.
 
 use std::ops::{Add, Mul, Neg, Sub};
 
-/// A value and its derivatives by `N` variables.
+/// A value and its derivatives with respect to `N` variables.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Dual<const N: usize> {
     pub(crate) value: f64,
@@ -20,7 +20,7 @@ impl<const N: usize> Dual<N> {
         Self { value, d }
     }
 
-    /// A function of it, by value and slope.
+    /// A function of this number, given its value and slope.
     fn chain(self, value: f64, slope: f64) -> Self {
         Self { value, d: self.d.map(|d| d * slope) }
     }
@@ -111,7 +111,7 @@ impl<const N: usize> Pair<N> {
         Self { re: self.re.scale(factor), im: self.im.scale(factor) }
     }
 
-    /// `i` times it.
+    /// `i` times this number.
     pub(crate) fn turned(self) -> Self {
         Self { re: -self.im, im: self.re }
     }
@@ -121,7 +121,7 @@ impl<const N: usize> Pair<N> {
         Self { re: c, im: s }.times(self.re.exp())
     }
 
-    /// `(e^z - 1)/z`, right also at zero.
+    /// `(e^z - 1)/z`, accurate also at zero.
     pub(crate) fn exp_quotient(self) -> Self {
         let one = Self { re: Dual::constant(1.0), im: Dual::constant(0.0) };
         if self.re.value.hypot(self.im.value) > 0.5 {

@@ -1,5 +1,5 @@
-//! Numerical building blocks: trigonometry on vector lanes, double-double arithmetic, quadrature,
-//! dual numbers, sums of products, roots, order, robust statistics.
+//! Numerical building blocks: vectorised trigonometry, double-double arithmetic, quadrature, dual numbers, sums of
+//! products, roots, sorting, robust statistics.
 
 pub(crate) mod double_double;
 pub(crate) mod dual;
@@ -11,10 +11,10 @@ pub(crate) mod roots;
 pub(crate) mod trig;
 pub(crate) mod wide;
 
-/// Runs a kernel on the widest vector instructions of this machine.
+/// Runs a kernel with the widest vector instructions of this machine.
 ///
-/// A WebAssembly module that was compiled with lanes does not start without them, so that its kernels are in it
-/// once; natively each is there for every width, and the machine chooses.
+/// A WebAssembly module compiled with SIMD does not start without it, so it contains its kernels once; natively they
+/// exist for every width, and the machine chooses at run time.
 #[inline(always)]
 pub(crate) fn dispatch<Op: pulp::WithSimd>(op: Op) -> Op::Output {
     #[cfg(all(target_arch = "wasm32", target_feature = "simd128"))]
@@ -29,10 +29,10 @@ pub(crate) fn dispatch<Op: pulp::WithSimd>(op: Op) -> Op::Output {
     pulp::Arch::new().dispatch(op)
 }
 
-/// The golden section, `(√5 - 1)/2`: it divides a bracket, and its multiples are spread most evenly.
+/// The golden section, `(√5 - 1)/2`: it divides a bracket, and its multiples modulo one are evenly distributed.
 pub(crate) const GOLDEN_SECTION: f64 = 0.618_033_988_749_894_8;
 
-/// Sum of what `of` makes of each value; lane by lane, since one chain of additions waits for each.
+/// Sum of `of(value)` over all values; in separate lanes, because in a single chain each addition waits for the last.
 #[inline(always)]
 pub(crate) fn sum_of(values: &[f64], of: impl Fn(f64) -> f64) -> f64 {
     const LANES: usize = 16;
@@ -46,7 +46,7 @@ pub(crate) fn sum_of(values: &[f64], of: impl Fn(f64) -> f64) -> f64 {
     sums.iter().sum::<f64>() + rest.iter().map(|v| of(*v)).sum::<f64>()
 }
 
-/// Least and greatest value; lane by lane, since one chain of comparisons waits for each.
+/// Minimum and maximum; in separate lanes, because in a single chain each comparison waits for the last.
 pub(crate) fn extremes(values: &[f64]) -> (f64, f64) {
     const LANES: usize = 8;
     let mut low = [f64::INFINITY; LANES];

@@ -1,15 +1,15 @@
-//! Order by a number: one sort, of indices, for whatever the numbers belong to.
+//! Sorting by a number: one sort routine, on indices, for all types.
 
-/// Indices of the values in ascending order, equal ones as they come.
+/// Indices of the values in ascending order; the sort is stable.
 pub(crate) fn ascending(values: &[f64]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..values.len()).collect();
     order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
     order
 }
 
-/// Sorts a list by a number of each, the least first, equal ones as they come.
+/// Sorts a list by a number per element, in ascending order; the sort is stable.
 ///
-/// The library's sort is compiled anew for every type, 7 kB each: a tenth of the page's module was sorts.
+/// The standard library's sort is compiled anew for every type, 7 kB each, and made up a tenth of the page's module.
 pub(crate) fn sort_by_value<T>(list: &mut [T], value: impl Fn(&T) -> f64) {
     let values: Vec<f64> = list.iter().map(value).collect();
     let mut rank = vec![0; list.len()];

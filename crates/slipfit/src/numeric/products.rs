@@ -3,11 +3,11 @@
 use pulp::Simd;
 use std::ops::{Deref, DerefMut};
 
-/// Numbers in a row.
+/// Numbers per row.
 pub(crate) const WIDTH: usize = 64;
 const LANES: usize = 16;
 
-/// A row, which begins where a line of the cache does: no register lies across two of them.
+/// A row aligned to cache lines, so that no register load crosses two of them.
 #[derive(Debug, Clone)]
 #[repr(align(64))]
 pub(crate) struct Row([f64; WIDTH]);
@@ -28,7 +28,7 @@ impl DerefMut for Row {
     }
 }
 
-/// The sum for a pair of rows, place by place.
+/// The sum for a pair of rows, lane by lane.
 #[derive(Debug, Clone)]
 #[repr(align(64))]
 struct Sum([f64; LANES]);
@@ -41,7 +41,7 @@ pub(crate) struct Products {
 }
 
 impl Products {
-    /// For so many rows.
+    /// Sums for this many rows.
     pub(crate) fn new(count: usize) -> Self {
         let rows = vec![Row([0.0; WIDTH]); count];
         Self { rows, sums: vec![Sum([0.0; LANES]); count * (count + 1) / 2] }
@@ -66,7 +66,7 @@ impl Products {
             let (one, _) = S::as_simd_f64s(&self.rows[a].0);
             let sums = &mut self.sums[a * (a + 1) / 2..][..=a];
             for l in 0..registers {
-                // A part of a row is kept in registers for all its partners.
+                // Part of a row is kept in registers for all its partners.
                 let mut part = [simd.splat_f64s(0.0); PIECES];
                 for j in 0..PIECES {
                     part[j] = one[j * registers + l];
@@ -84,7 +84,7 @@ impl Products {
         }
     }
 
-    /// The sums so far, which begin anew: row by row of the lower triangle.
+    /// Returns the sums so far and resets them: row by row of the lower triangle.
     #[inline(always)]
     pub(crate) fn taken<S: Simd>(&mut self, simd: S) -> Vec<f64> {
         let mut totals = Vec::with_capacity(self.sums.len());
@@ -103,7 +103,7 @@ impl Products {
     /// The sum for a pair of rows.
     pub(crate) fn total(&self, a: usize, c: usize) -> f64 {
         let (a, c) = (a.max(c), a.min(c));
-        // Halves upon halves: sixteen additions in a row would wait for each other.
+        // Pairwise summation: sixteen additions in a row would wait for each other.
         let mut all = self.sums[a * (a + 1) / 2 + c].0;
         let mut half = LANES / 2;
         while half > 0 {

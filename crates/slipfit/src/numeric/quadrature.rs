@@ -1,9 +1,9 @@
-//! Integrals of smooth and of kinked functions.
+//! Integrals of functions that are smooth or have kinks.
 
-/// Halvings that may leave the error as it was: after them it is that of rounding, as in QUADPACK.
+/// Number of bisections that may leave the error unchanged: after that it is attributed to rounding, as in QUADPACK.
 const MOST_ROUNDOFF_HALVINGS: u32 = 20;
 
-/// Gauss and Kronrod, 7 and 15 points, halving where they differ.
+/// Gauss-Kronrod rule with 7 and 15 points, bisecting where the two differ.
 pub(crate) fn integrate(f: &impl Fn(f64) -> f64, a: f64, b: f64) -> f64 {
     if a == b {
         return 0.0;
@@ -14,9 +14,9 @@ pub(crate) fn integrate(f: &impl Fn(f64) -> f64, a: f64, b: f64) -> f64 {
     let mut sum = 0.0;
     let (mut panels, mut roundoff) = (1, 0);
     while let Some((a, b, (value, error), depth)) = open.pop() {
-        // The difference of the two rules is a gross overestimate, even of its square root.
+        // The difference of the two rules greatly overestimates the error, and so does its square root.
         let good = error <= tolerance.max(1e-15 * value.abs()) || error.is_nan();
-        // Noise would be halved for ever.
+        // An integrand with noise would be bisected forever.
         if good || depth >= 40 || panels > 20_000 || roundoff >= MOST_ROUNDOFF_HALVINGS {
             sum += value;
             continue;

@@ -1,9 +1,9 @@
-//! Robust statistics: medians, and the noise behind them where single values are far off.
+//! Robust statistics: medians, and noise estimates that tolerate outliers.
 
-/// Median of the size of a normal variable over its standard deviation.
+/// Median of the absolute value of a normal variable over its standard deviation.
 const MEDIAN_SIZE: f64 = 0.674_49;
 
-/// Median, of an even count the upper of the two in the middle; `None` of nothing.
+/// Median; for an even count the upper of the two middle values; `None` if empty.
 ///
 /// Reorders the values.
 pub(crate) fn median(values: &mut [f64]) -> Option<f64> {
@@ -11,14 +11,14 @@ pub(crate) fn median(values: &mut [f64]) -> Option<f64> {
     (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
-/// Standard deviation of normal values about zero, from the median of their sizes.
+/// Standard deviation of normal values about zero, from the median of their absolute values.
 pub(crate) fn deviation(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut sizes: Vec<f64> = values.map(f64::abs).collect();
     median(&mut sizes).map(|size| size / MEDIAN_SIZE)
 }
 
-/// White noise of one sample, from how far each lies off the mean of its two neighbours; what the
-/// slow motion adds makes it an upper bound. The samples come as runs of three.
+/// White noise per sample, from the deviation of each sample from the mean of its two neighbours; slow motion adds to
+/// it, so that this is an upper bound. The samples are given as windows of three.
 pub(crate) fn neighbour_noise<'a>(triples: impl Iterator<Item = &'a [f64]>) -> Option<f64> {
     // Variance 1 + 1/4 + 1/4.
     deviation(triples.map(|w| w[1] - 0.5 * (w[0] + w[2]))).map(|d| d / 1.5f64.sqrt())
@@ -47,7 +47,7 @@ mod tests {
             })
             .collect();
         let noise = neighbour_noise(signal.windows(3)).unwrap();
-        // Six in a hundred triples hold a spike, which moves the median up by about 8 %.
+        // Six in a hundred triples contain a spike, which raises the median by about 8 %.
         assert!((0.1..0.115).contains(&noise), "{noise}");
     }
 }

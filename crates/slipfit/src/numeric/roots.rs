@@ -1,9 +1,9 @@
 //! Roots between two bounds.
 
-/// Two neighbouring numbers between `inside`, where `holds` is true, and `outside`, where it is
-/// not: the last that holds and the first that does not. By halving; neither end is evaluated.
+/// Two neighbouring numbers between `inside`, where `holds` is true, and `outside`, where it is false: the last that
+/// holds and the first that does not. Found by bisection; neither end is evaluated.
 pub(crate) fn border(mut inside: f64, mut outside: f64, mut holds: impl FnMut(f64) -> bool) -> (f64, f64) {
-    // A hundred halvings leave nothing of any interval that is not about zero.
+    // A hundred bisections reduce any interval that does not contain zero to neighbouring numbers.
     for _ in 0..100 {
         let middle = 0.5 * (inside + outside);
         if middle == inside || middle == outside {
@@ -14,11 +14,10 @@ pub(crate) fn border(mut inside: f64, mut outside: f64, mut holds: impl FnMut(f6
     (inside, outside)
 }
 
-/// The root of a continuous function between `a` and `b`, where its signs differ, to rounding.
+/// The root of a continuous function between `a` and `b`, where its signs differ, accurate to rounding.
 ///
-/// Inverse quadratic interpolation where three points allow it, halving elsewhere: T. R.
-/// Chandrupatla, Adv. Eng. Softw. 28, 145 (1997). Where the signs do not differ, the end with
-/// the smaller value.
+/// Inverse quadratic interpolation if three points allow it, bisection otherwise: T. R. Chandrupatla, Adv. Eng.
+/// Softw. 28, 145 (1997). If the signs do not differ, the end with the smaller absolute value is returned.
 pub(crate) fn root(a: f64, b: f64, mut f: impl FnMut(f64) -> f64) -> f64 {
     let (mut a, mut b) = (a, b);
     let (mut fa, mut fb) = (f(a), f(b));
@@ -35,7 +34,7 @@ pub(crate) fn root(a: f64, b: f64, mut f: impl FnMut(f64) -> f64) -> f64 {
         }
         let x = a + t.clamp(least, 1.0 - least) * (b - a);
         let fx = f(x);
-        // c is the point that leaves the bracket, or the one that would have.
+        // c is the point that leaves the bracket, or the one that would have left it.
         let (c, fc);
         if (fx > 0.0) == (fa > 0.0) {
             (c, fc) = (a, fa);
@@ -65,7 +64,7 @@ mod tests {
         assert!(inside * inside <= 2.0);
         assert!(outside * outside > 2.0);
         assert_eq!(inside.next_up(), outside);
-        // Downwards, and with a border beside zero.
+        // Downwards, with a border close to zero.
         let (inside, outside) = border(1.0, 0.0, |x| x > 1e-200);
         assert!(inside < 1e-29, "{inside}");
         assert!(outside < 1e-30, "{outside}");
@@ -88,7 +87,7 @@ mod tests {
                 calls += 1;
                 f(x)
             });
-            // A ninth power is zero to rounding far about its root.
+            // A ninth power is zero to rounding in a wide interval around its root.
             let tolerance = if i == 1 { 1e-3 } else { 1e-14 };
             assert!((found - expected).abs() <= tolerance, "case {i}: {found} for {expected}");
             assert!(calls < 130, "case {i}: {calls} calls");

@@ -1,5 +1,4 @@
-//! Sine, cosine and exponential without branches or calls, so that loops over
-//! them become vector instructions.
+//! Sine, cosine and exponential without branches or calls, so that loops over them can be vectorised.
 
 use std::f64::consts::LOG2_E;
 
@@ -8,19 +7,18 @@ pub(crate) const PI_A: f64 = 3.141592651605606;
 pub(crate) const PI_B: f64 = 1.9841871479187034e-09;
 pub(crate) const PI_C: f64 = 1.1442377452219664e-17;
 
-/// `a b + c`; with `FUSED` as one instruction, which the processor must have.
+/// `a b + c`; with `FUSED` as one instruction, which the processor must support.
 #[inline(always)]
 pub(crate) fn fused<const FUSED: bool>(a: f64, b: f64, c: f64) -> f64 {
     if FUSED { a.mul_add(b, c) } else { a * b + c }
 }
 
-/// Whether [`fused`] is one instruction where `S` is the widest there is.
+/// Whether [`fused`] is one instruction if `S` is the widest instruction set.
 pub(crate) const fn has_fused<S: pulp::Simd>() -> bool {
     !S::IS_SCALAR && !cfg!(target_family = "wasm")
 }
 
-/// Sine and cosine for `|r| <= pi/2`, by their Taylor series: the first term
-/// left out is below 1e-17.
+/// Sine and cosine for `|r| <= pi/2`, by their Taylor series: the first omitted term is below 1e-17.
 #[inline(always)]
 pub(crate) fn half_turn(r: f64) -> (f64, f64) {
     half_turn_as::<false>(r)
@@ -32,13 +30,13 @@ fn half_turn_as<const FUSED: bool>(r: f64) -> (f64, f64) {
     (r * horner::<FUSED, _>(z, &SINE), horner::<FUSED, _>(z, &COSINE))
 }
 
-/// Of [`quarter_turns`], [`small_sinh`] and [`small_cosh`] with `SHORT` series: up to this part of
-/// a quarter turn six terms leave out less than 1e-17.
+/// Limit for the `SHORT` series of [`quarter_turns`], [`small_sinh`] and [`small_cosh`], in quarter turns: up to it
+/// six terms have a truncation error below 1e-17.
 pub(crate) const SHORT_OF_A_QUARTER: f64 = 0.125;
 const SHORT_TERMS: usize = 6;
 
-/// Sine and cosine of `pi x/2` up to one sign for both, for `|x| < 2^50`: enough for their squares
-/// and product. With `SHORT` for `|x| <= 1/8`.
+/// Sine and cosine of `pi x/2` up to a common sign, for `|x| < 2^50`, which is sufficient for their squares and
+/// product. With `SHORT` for `|x| <= 1/8`.
 #[inline(always)]
 pub(crate) fn quarter_turns<const FUSED: bool, const SHORT: bool>(x: f64) -> (f64, f64) {
     const MAGIC: f64 = 6_755_399_441_055_744.0;
@@ -65,8 +63,8 @@ pub(crate) fn sin_cos(x: f64) -> (f64, f64) {
     (sign * sin, sign * cos)
 }
 
-/// Hyperbolic sine for `|y| <= pi/2`, by its Taylor series: the first term left out is below
-/// 1e-17; with `SHORT` for `|y| <= pi/16`.
+/// Hyperbolic sine for `|y| <= pi/2`, by its Taylor series: the first omitted term is below 1e-17; with `SHORT` for
+/// `|y| <= pi/16`.
 #[inline(always)]
 pub(crate) fn small_sinh<const FUSED: bool, const SHORT: bool>(y: f64) -> f64 {
     let z = y * y;
@@ -107,7 +105,7 @@ pub(crate) fn sinh_cosh<const FUSED: bool>(y: f64) -> (f64, f64) {
     let e = 0.5 * exp(y);
     let back = 0.25 / e;
     let near = y.abs() <= std::f64::consts::FRAC_PI_2;
-    // The series holds where it is taken.
+    // The series is accurate where it is used.
     let small = small_sinh::<FUSED, false>(if near { y } else { 0.0 });
     (if near { small } else { e - back }, e + back)
 }
@@ -199,7 +197,7 @@ mod tests {
             let (sinh, cosh) = sinh_cosh::<false>(y);
             assert!((sinh - y.sinh()).abs() <= 2e-15 * y.sinh().abs(), "sinh {y}");
             assert!((cosh / y.cosh() - 1.0).abs() < 2e-15, "cosh {y}");
-            // 20 periods of the pair's product.
+            // 20 periods of the product.
             let quarter = r * 25.0;
             let (s, c) = quarter_turns::<false, false>(quarter);
             let whole = quarter * std::f64::consts::PI;

@@ -1,15 +1,14 @@
-//! The functions of [`trig`](super::trig) on whole vector registers, and the
-//! way to run a sum over samples register by register.
+//! The functions of [`trig`](super::trig) on whole vector registers, and a way to run a sum over samples register by
+//! register.
 
 use super::trig::{COSINE, PI_A, PI_B, PI_C, SINE};
 use pulp::Simd;
 use std::f64::consts::FRAC_1_PI;
 
-/// Ones for the lanes that hold a sample of the last, partly filled register.
+/// Ones for the lanes of the last, partly filled register that contain a sample.
 const ONES: [f64; 16] = [1.0; 16];
 
-/// Two slices register by register: the values of both, and a weight that is
-/// zero where a lane holds no sample.
+/// Two slices register by register: the values of both, and a weight that is zero in lanes without a sample.
 ///
 /// A loop over it, unlike a closure, is compiled with the instructions of `S`.
 pub(crate) struct Pairs<'a, S: Simd> {
@@ -80,7 +79,7 @@ pub(crate) fn sin_cos<S: Simd>(simd: S, x: S::f64s) -> (S::f64s, S::f64s) {
     (simd.mul_f64s(sign, sin), simd.mul_f64s(sign, cos))
 }
 
-/// Nearest integer for |x| < 2^51 by the magic-number sum.
+/// Nearest integer for |x| < 2^51, by adding and subtracting a magic number.
 #[inline(always)]
 fn round<S: Simd>(simd: S, x: S::f64s) -> S::f64s {
     let magic = simd.splat_f64s(6_755_399_441_055_744.0);

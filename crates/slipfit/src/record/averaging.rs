@@ -1,24 +1,23 @@
-//! Records longer than memory should hold, averaged while they come.
+//! Records longer than memory should hold are averaged while they are read.
 
 use crate::signal::spectrum;
 use std::f64::consts::PI;
 
-/// Averages rows while they come, so that a record of any length stays within a number of samples.
+/// Averages rows while they are read, so that a record of any length stays within a given number of samples.
 ///
-/// Whenever more than `most` samples are held, neighbours are joined in pairs; from then on as
-/// many rows as make up one sample are averaged as they come. Rows of a clock that does not run
-/// evenly, and oscillations that would keep fewer than [`Averaging::LEAST_A_CYCLE`] samples a
-/// cycle, are left as they are: the record then grows beyond `most`.
+/// Whenever more than `most` samples are stored, neighbours are averaged in pairs; from then on incoming rows are
+/// averaged in groups of that size. Rows of an irregular clock, and oscillations that would keep fewer than
+/// [`Averaging::LEAST_A_CYCLE`] samples per cycle, are not averaged: the record then grows beyond `most`.
 ///
-/// The mean of `k` samples a time `h` apart shows an oscillation of frequency `f` at its middle,
-/// smaller by
+/// The mean of `k` samples a time `h` apart shows an oscillation of frequency `f` at its middle, reduced by the
+/// factor
 ///
 /// ```text
 /// sin(pi f k h) / (k sin(pi f h)),
 /// ```
 ///
-/// which [`Averaging::finish`] puts back, at most 0.7 %. White noise falls by `sqrt(k)`, so that
-/// an estimate from the averaged record is as sure as one from all rows.
+/// which [`Averaging::finish`] corrects (at most 0.7 %). White noise falls by `sqrt(k)`, so that an estimate from the
+/// averaged record is as precise as one from all rows.
 ///
 /// ```
 /// use slipfit::record::Averaging;
@@ -37,23 +36,23 @@ use std::f64::consts::PI;
 #[derive(Debug, Clone)]
 pub struct Averaging {
     most: usize,
-    /// Between two rows, where no stamps tell it.
+    /// Time between two rows, if there are no time stamps.
     interval_s: Option<f64>,
-    /// Rows behind one sample.
+    /// Number of rows per sample.
     factor: usize,
-    /// Samples that stand for `factor` rows; what follows are rows.
+    /// Number of leading samples that are means of `factor` rows; single rows follow.
     done: usize,
     row_s: f64,
     frequency_hz: f64,
-    /// Why no more rows are joined.
+    /// Reason why no more rows are averaged.
     stopped: Option<&'static str>,
 }
 
 impl Averaging {
-    /// Samples a cycle that averaging leaves at least.
+    /// Minimum number of samples per cycle after averaging.
     pub const LEAST_A_CYCLE: f64 = 16.0;
 
-    /// For at most so many samples; `interval_s` is the time between two rows that have no stamps.
+    /// Averaging to at most `most` samples; `interval_s` is the time between two rows without time stamps.
     #[must_use]
     pub fn new(most: usize, interval_s: Option<f64>) -> Self {
         let row_s = interval_s.unwrap_or(0.0);
@@ -61,33 +60,33 @@ impl Averaging {
         Self { most, interval_s, factor: 1, done: 0, row_s, frequency_hz: 0.0, stopped: None }
     }
 
-    /// Rows behind one sample; 1 if nothing was averaged.
+    /// Number of rows per sample; 1 if nothing was averaged.
     #[must_use]
     pub fn factor(&self) -> usize {
         self.factor
     }
 
-    /// Samples a cycle that are left of the strongest oscillation.
+    /// Remaining samples per cycle of the strongest oscillation.
     #[must_use]
     pub fn samples_a_cycle(&self) -> f64 {
         1.0 / (self.frequency_hz * self.factor as f64 * self.row_s)
     }
 
-    /// Why more rows than wanted are held, if they are.
+    /// Reason why more rows than wanted are stored, if there are.
     #[must_use]
     pub fn stopped(&self) -> Option<&'static str> {
         self.stopped
     }
 
-    /// What is left of an oscillation's amplitude.
+    /// Remaining part of an oscillation's amplitude.
     #[must_use]
     pub fn gain(&self) -> f64 {
         let (k, phase) = (self.factor as f64, PI * self.frequency_hz * self.row_s);
         if phase > 0.0 { (k * phase).sin() / (k * phase.sin()) } else { 1.0 }
     }
 
-    /// Averages the rows that have come since, and joins samples if they are too many. Columns
-    /// that are not used are empty; the others are equally long.
+    /// Averages the rows added since the last call, and joins samples if they are too many. Unused columns are empty;
+    /// the others have equal lengths.
     pub fn settle(&mut self, time_s: &mut Vec<f64>, signal: &mut Vec<f64>, quadrature: &mut Vec<f64>) {
         if self.factor > 1 && signal.len() >= self.done + self.factor {
             let limit_s = 1.5 * self.row_s;
@@ -98,9 +97,8 @@ impl Averaging {
         }
     }
 
-    /// Averages what is left at the end, and gives the oscillation its amplitude back. Gives the
-    /// number of last rows left out because they do not make up a sample, less than a sixteenth
-    /// of a cycle.
+    /// Averages the remaining rows at the end and corrects the amplitude of the oscillation. Returns the number of
+    /// last rows omitted because they do not make up a sample (less than a sixteenth of a cycle).
     pub fn finish(
         &mut self,
         time_s: &mut Vec<f64>,
@@ -144,14 +142,14 @@ impl Averaging {
             return self.stopped = Some("averaging would leave too few samples per cycle");
         }
         self.frequency_hz = line.frequency_hz;
-        // Rows that wait to become a sample wait on.
+        // Rows that do not yet make up a sample are kept as they are.
         let held = self.held(signal.len()) & !1;
         let waiting = signal.len() - held;
         let tail = |column: &mut Vec<f64>| {
             if column.is_empty() { Vec::new() } else { column.split_off(column.len() - waiting) }
         };
         let tails = [tail(time_s), tail(signal), tail(quadrature)];
-        // An odd sample behind the pairs would be neither: it is undone into as many rows.
+        // An odd sample after the pairs would fit neither kind: it is expanded into the same number of rows.
         let odd = if self.factor > 1 { self.done - held } else { 0 };
         self.done = join(0, 2, 1.5 * step_s, time_s, signal, quadrature);
         let (factor, row_s) = (self.factor, self.row_s);
@@ -166,13 +164,13 @@ impl Averaging {
         self.factor *= 2;
     }
 
-    /// How many of the values are samples of the present kind.
+    /// Number of values that are samples of the present kind.
     fn held(&self, len: usize) -> usize {
         if self.factor > 1 { self.done } else { len }
     }
 }
 
-/// The step of a clock whose steps all lie within half of it.
+/// The step of a clock, if all its steps agree within half of it.
 fn even(time_s: &[f64]) -> Option<f64> {
     let (first, last) = (time_s.first()?, time_s.last()?);
     let step_s = (last - first) / (time_s.len() as f64 - 1.0);
@@ -180,8 +178,8 @@ fn even(time_s: &[f64]) -> Option<f64> {
     (step_s > 0.0 && step_s.is_finite() && time_s.windows(2).all(steady)).then_some(step_s)
 }
 
-/// Replaces each `factor` rows from `start` on by their mean; a step beyond `limit_s` ends one
-/// early. Gives the end of the means; rows that wait for others follow it.
+/// Replaces each `factor` rows from `start` on by their mean; a step beyond `limit_s` ends a group early. Returns the
+/// end of the means; incomplete groups follow as rows.
 fn join(
     start: usize,
     factor: usize,
@@ -217,7 +215,7 @@ fn join(
     to
 }
 
-/// Mean of the finite values, to the last digit where they are close; NaN of none.
+/// Mean of the finite values, to full precision if they are close together; NaN if there are none.
 fn mean(values: &[f64]) -> f64 {
     let Some(&first) = values.iter().find(|v| v.is_finite()) else { return f64::NAN };
     let finite = values.iter().filter(|v| v.is_finite());

@@ -1,19 +1,19 @@
-//! Clocks of samples that come in bursts, each under the stamp at which it was delivered.
+//! Clocks of samples delivered in bursts, each with the stamp of its delivery.
 
 use super::Clock;
 use super::criteria::ClockCriteria;
 use crate::numeric::robust::median;
 
-/// A clock put in place of one stamp a burst.
+/// A clock that replaces one stamp per burst.
 pub(super) struct Rebuilt {
     pub(super) clock: Clock,
-    /// Usual number of samples of a burst.
+    /// Usual number of samples per burst.
     pub(super) samples: usize,
-    /// Half of the width of the rates that the scatter of the stamps leaves, over the rate.
+    /// Half width of the range of sampling rates compatible with the scatter of the stamps, over the rate.
     pub(super) rate_error: f64,
 }
 
-/// A stamp, its first sample and how many it has.
+/// A stamp, its first sample and its number of samples.
 #[derive(Clone, Copy)]
 struct Burst {
     stamp_s: f64,
@@ -21,9 +21,9 @@ struct Burst {
     samples: usize,
 }
 
-/// The clock behind stamps that stand for bursts of samples: an even one where the stamps follow the number of
-/// samples, else the samples of each burst spread over the time since the one before. `None` where the stamps do not
-/// come in bursts, or where a burst holds one value throughout.
+/// The clock behind stamps that stand for bursts of samples: a uniform clock if the stamps are proportional to the
+/// number of samples, otherwise the samples of each burst are spread over the time since the previous one. `None` if
+/// the stamps do not come in bursts, or if a burst has one value throughout.
 pub(super) fn rebuild(time_s: &[f64], signal: &[f64], c: &ClockCriteria) -> Option<Rebuilt> {
     let bursts = bursts(time_s);
     let n = time_s.len();
@@ -70,7 +70,8 @@ fn bursts(time_s: &[f64]) -> Vec<Burst> {
         .collect()
 }
 
-/// The even clock whose last sample of each burst has its stamp, none further off than `most_s`.
+/// The uniform clock whose time at the last sample of each burst is its stamp; no stamp deviates by more than
+/// `most_s`.
 fn even(bursts: &[Burst], most_s: f64) -> Option<(Clock, f64)> {
     let n = bursts.len() as f64;
     let at = |b: &Burst| (b.first + b.samples - 1) as f64;
@@ -88,7 +89,7 @@ fn even(bursts: &[Burst], most_s: f64) -> Option<(Clock, f64)> {
         return None;
     }
     let variance = bursts.iter().map(|b| off(b).powi(2)).sum::<f64>() / (n - 2.0);
-    // An even distribution of that standard deviation.
+    // A uniform distribution with that standard deviation.
     let rate_error = (3.0 * variance / ii).sqrt() / interval_s;
     Some((Clock::Uniform { start_s, interval_s }, rate_error))
 }

@@ -1,8 +1,8 @@
-//! From the rows of a file to rows in order of time.
+//! Converts the rows of a file into rows in order of time.
 
 use std::ops::Range;
 
-/// The fewest samples a record may have.
+/// Minimum number of samples of a record.
 pub const MIN_SAMPLES: usize = 8;
 
 use super::criteria::ClockCriteria;
@@ -11,11 +11,10 @@ use crate::Error;
 use crate::numeric::order::ascending;
 use crate::numeric::robust::median;
 
-/// Steps looked at for a median.
+/// Number of steps used for a median.
 const MEDIAN_SAMPLE: usize = 1 << 17;
 
-/// The rows of a record on their way to be one. `time_s` may be empty where a
-/// rate stands for it.
+/// The rows from which a record is made. `time_s` may be empty if a sampling rate is given instead.
 pub(super) struct Rows {
     pub(super) time_s: Vec<f64>,
     pub(super) signal: Vec<f64>,
@@ -30,13 +29,13 @@ impl Rows {
             && self.quadrature.as_ref().is_none_or(|q| q[i].is_finite())
     }
 
-    /// Whether all values of all rows are.
+    /// Whether all values of all rows are finite.
     fn all_finite(&self) -> bool {
         let columns = [&self.time_s, &self.signal].into_iter().chain(&self.quadrature);
         columns.into_iter().all(|column| all(column, |_, v| v.is_finite()))
     }
 
-    /// From the first to behind the last finite row.
+    /// Range from the first to the last finite row.
     pub(super) fn finite_span(&self) -> Range<usize> {
         let n = self.signal.len();
         let start = (0..n).find(|&i| self.finite(i)).unwrap_or(n);
@@ -75,7 +74,7 @@ impl Rows {
     }
 }
 
-/// Leaves out rows with a value that is not finite.
+/// Drops rows with a non-finite value.
 pub(super) fn drop_nonfinite(rows: &mut Rows, report: &mut ClockReport) {
     if rows.all_finite() {
         return;
@@ -95,7 +94,7 @@ pub(super) fn drop_nonfinite(rows: &mut Rows, report: &mut ClockReport) {
     }
 }
 
-/// Refuses a signal that is too short or constant.
+/// Rejects a signal that is too short or constant.
 pub(super) fn check_signal(rows: &Rows) -> Result<(), Error> {
     let found = rows.signal.len();
     if found < MIN_SAMPLES {
@@ -108,7 +107,7 @@ pub(super) fn check_signal(rows: &Rows) -> Result<(), Error> {
     Ok(())
 }
 
-/// Puts the rows of a run, of the longest unless one is named, in order of time and takes their clock out of them.
+/// Puts the rows of one run (the longest unless one is named) in order of time and extracts their clock.
 pub(super) fn clock(rows: &mut Rows, report: &mut ClockReport, run: Option<usize>) -> Result<Clock, Error> {
     if let Some(clock) = exactly_uniform(&rows.time_s) {
         report.run = run.map_or(Ok(1), |run| numbered(run, 1))?;
@@ -160,8 +159,8 @@ fn steps(time_s: &[f64]) -> impl Iterator<Item = f64> + '_ {
     time_s.windows(2).map(|w| w[1] - w[0])
 }
 
-/// The uniform clock that all stamps agree with to 1e-9 of a step, or to a few
-/// units in the last place where the stamps themselves resolve no more.
+/// The uniform clock that agrees with all stamps to 1e-9 of a step, or to a few units in the last place if the stamps
+/// have no better resolution.
 fn exactly_uniform(time_s: &[f64]) -> Option<Clock> {
     let (&start_s, &end_s) = (time_s.first()?, time_s.last()?);
     let interval_s = (end_s - start_s) / (time_s.len() as f64 - 1.0);
@@ -177,8 +176,7 @@ fn exactly_uniform(time_s: &[f64]) -> Option<Clock> {
     all(time_s, fits).then_some(Clock::Uniform { start_s, interval_s })
 }
 
-/// Whether all values with their indices are so: decided a block at a time, which the vectoriser
-/// can follow.
+/// Whether `are_so` holds for all values with their indices: evaluated block by block, so that it can be vectorised.
 fn all(values: &[f64], are_so: impl Fn(f64, f64) -> bool) -> bool {
     const BLOCK: usize = 1024;
     let so = |(k, block): (usize, &[f64])| {
@@ -202,7 +200,7 @@ fn check_direction(time_s: &[f64], c: &ClockCriteria) -> Result<(), Error> {
     Ok(())
 }
 
-/// Counts a clock on that begins again at zero while the motion goes on.
+/// Continues the count of a clock that restarts at zero while the motion goes on.
 fn count_on(rows: &mut Rows, report: &mut ClockReport, c: &ClockCriteria) {
     if steps(&rows.time_s).all(|s| s >= 0.0) {
         return;
@@ -213,7 +211,7 @@ fn count_on(rows: &mut Rows, report: &mut ClockReport, c: &ClockCriteria) {
     }
 }
 
-/// Whether rows stand far from their place, and everywhere: no clock does that.
+/// Whether rows are far from their place throughout the record: no clock does that.
 fn is_shuffled(time_s: &[f64], backward: usize, c: &ClockCriteria) -> bool {
     if (backward as f64) < c.shuffled_share * time_s.len() as f64 {
         return false;
@@ -224,8 +222,7 @@ fn is_shuffled(time_s: &[f64], backward: usize, c: &ClockCriteria) -> bool {
     2 * far > time_s.len()
 }
 
-/// Leaves out single rows whose stamp is far from both neighbours while these
-/// are in order.
+/// Drops single rows whose stamp is far from both neighbours while these are in order.
 fn drop_corrupt_stamps(rows: &mut Rows, report: &mut ClockReport, c: &ClockCriteria) {
     let t = &rows.time_s;
     let far = c.disorder_steps * median_step(t);
@@ -248,7 +245,7 @@ fn drop_corrupt_stamps(rows: &mut Rows, report: &mut ClockReport, c: &ClockCrite
     }
 }
 
-/// Splits where the clock jumps back for good and keeps one part.
+/// Splits the rows where the clock jumps back permanently and keeps one part.
 fn keep_run(
     rows: &mut Rows,
     report: &mut ClockReport,
@@ -269,7 +266,7 @@ fn keep_run(
     Ok(())
 }
 
-/// The parts between which the clock jumps back for good; at least one.
+/// The parts between permanent backward jumps of the clock; at least one.
 fn runs(time_s: &[f64], c: &ClockCriteria) -> Vec<Range<usize>> {
     let n = time_s.len();
     let far = c.disorder_steps * median_step(time_s);
@@ -283,7 +280,7 @@ fn runs(time_s: &[f64], c: &ClockCriteria) -> Vec<Range<usize>> {
     starts.zip(ends).map(|(start, end)| start..end).collect()
 }
 
-/// Number of the longest run; the first of equals: runs are taken in the order they were made.
+/// Number of the longest run; the first if several are equally long.
 fn longest(runs: &[Range<usize>]) -> usize {
     let longest = (0..runs.len()).reduce(|best, i| if runs[i].len() > runs[best].len() { i } else { best });
     longest.map_or(1, |i| i + 1)
@@ -293,7 +290,7 @@ fn numbered(asked: usize, found: usize) -> Result<usize, Error> {
     if (1..=found).contains(&asked) { Ok(asked) } else { Err(Error::NoSuchRun { asked, found }) }
 }
 
-/// Median of the positive steps, from a sample of them in long records.
+/// Median of the positive steps, estimated from a subset in long records.
 fn median_step(time_s: &[f64]) -> f64 {
     let stride = time_s.len().div_ceil(MEDIAN_SAMPLE).max(1);
     let mut sample: Vec<f64> =

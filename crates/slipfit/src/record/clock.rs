@@ -1,4 +1,4 @@
-//! When the samples of a record were taken.
+//! The times at which the samples of a record were taken.
 
 /// The times of the samples of a record.
 #[derive(Debug, Clone, PartialEq)]
@@ -10,7 +10,7 @@ pub enum Clock {
         /// Time between two samples (s), positive.
         interval_s: f64,
     },
-    /// One stamp (s) a sample, never decreasing; equal stamps may follow each other.
+    /// One stamp (s) per sample, non-decreasing; equal stamps may follow each other.
     Stamps(Vec<f64>),
 }
 
@@ -39,16 +39,16 @@ pub struct Gap {
     pub length_s: f64,
 }
 
-/// What was found in the clock of a record and what was done about it.
+/// Findings about the clock of a record and the corrections made.
 ///
-/// `rows` equals the samples of the record plus everything counted as left
-/// out: the three `nonfinite_*`, `corrupt_stamps` and `other_run_rows`.
+/// `rows` equals the number of samples of the record plus all rows counted as dropped: the three `nonfinite_*`,
+/// `corrupt_stamps` and `other_run_rows`.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[non_exhaustive]
 pub struct ClockReport {
-    /// Rows given.
+    /// Number of rows given.
     pub rows: usize,
-    /// Rows before the first usable one left out for a value that is not finite.
+    /// Rows before the first usable one, dropped because of a non-finite value.
     pub nonfinite_leading: usize,
     /// The same, between usable rows.
     pub nonfinite_inner: usize,
@@ -56,47 +56,46 @@ pub struct ClockReport {
     pub nonfinite_trailing: usize,
     /// Steps of exactly zero between successive stamps, as given.
     pub repeated_stamps: usize,
-    /// Backward steps of single rows that were put in order of time.
+    /// Backward steps of single rows that were sorted into order of time.
     pub reordered: usize,
-    /// Rows left out for one stamp far from both its neighbours.
+    /// Rows dropped because their stamp is far from both neighbours.
     pub corrupt_stamps: usize,
-    /// Places where a counter begins again at zero while the motion goes on: it was counted on.
+    /// Places where a counter restarts at zero while the motion goes on; its count was continued.
     pub wraps: usize,
-    /// Length (s) after which it begins again.
+    /// Period (s) after which the counter restarts.
     pub wrap_period_s: Option<f64>,
-    /// Places where the clock jumps back for good: another run begins.
+    /// Places where the clock jumps back permanently: another run begins.
     pub resets: usize,
-    /// The run that was kept, from 1; 0 where no stamps were looked at.
+    /// The run that was kept, from 1; 0 if no stamps were examined.
     pub run: usize,
-    /// Rows of the other runs, left out.
+    /// Rows of the other runs, dropped.
     pub other_run_rows: usize,
-    /// The stamps were those of a uniform clock written with too few digits;
-    /// it was rebuilt. This is the coarsest rounding (s).
+    /// Coarsest rounding (s) of the stamps, if these were those of a uniform clock written with too few digits, which
+    /// was rebuilt.
     pub rebuilt_quantum_s: Option<f64>,
-    /// Greatest distance of a stamp from the rebuilt clock beyond half its
-    /// rounding (s), at most a tenth of a step and of the rounding.
+    /// Largest deviation of a stamp from the rebuilt clock beyond half its rounding (s), at most a tenth of a step
+    /// and of the rounding.
     pub rebuilt_excess_s: f64,
-    /// Half of the width of the rates with which all stamps of a rebuilt clock agree, over the rate; 0 where none
-    /// was rebuilt or the stamps leave no room.
+    /// Half width of the range of rates compatible with all stamps of a rebuilt clock, over the rate; 0 if none was
+    /// rebuilt or the stamps leave no range.
     pub rebuilt_rate_error: f64,
-    /// The stamps stood for bursts of samples each, usually of this many; their times were put evenly between the
-    /// stamps.
+    /// Usual number of samples per burst, if the stamps stood for bursts of samples; their times were spread evenly
+    /// between the stamps.
     pub burst_samples: Option<usize>,
-    /// Stretches without samples. Where sampling is regular (80 % of the steps
-    /// within 20 % of the median) a step above 1.5 medians; otherwise a step
-    /// above 10 medians of the record and of its eight neighbours.
+    /// Number of stretches without samples. If sampling is regular (80 % of the steps within 20 % of the median), a
+    /// step above 1.5 medians; otherwise a step above 10 medians of the record and of its eight neighbours.
     pub gaps: usize,
     /// The longest of them.
     pub longest_gap: Option<Gap>,
-    /// Median step (s); where more than half of the steps are zero, the median of the others.
+    /// Median step (s); if more than half of the steps are zero, the median of the others.
     pub median_step_s: f64,
-    /// Root mean square deviation of the steps from their median, over that
-    /// median, gaps left out; 0 for a uniform clock.
+    /// Root mean square deviation of the steps from their median, over that median, without gaps; 0 for a uniform
+    /// clock.
     pub step_spread: f64,
 }
 
 impl ClockReport {
-    /// Rows left out for a value that is not finite.
+    /// Rows dropped because of a non-finite value.
     #[must_use]
     pub fn nonfinite(&self) -> usize {
         self.nonfinite_leading + self.nonfinite_inner + self.nonfinite_trailing

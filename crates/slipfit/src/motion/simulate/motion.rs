@@ -350,7 +350,7 @@ impl Motion {
         stay(length, end)
     }
 
-    /// Time passed over where events would repeat without any passing, more each time.
+    /// Time to skip if events would repeat without time passing; it grows with each use.
     fn leap(&self) -> f64 {
         self.k.reach * (1e-9 * f64::from(self.leaps.min(30)).exp2()).min(0.05)
     }

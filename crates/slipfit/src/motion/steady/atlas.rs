@@ -34,9 +34,9 @@ pub struct Cell {
     pub lorentzian_error: f64,
     /// Largest error of eq. (14), `a = 4/3`, within [`FLANK_HALF_WIDTHS`].
     pub lorentzian_flank_error: f64,
-    /// Largest error of the amplitude by eq. (16) at the turning points of the ring-down
-    /// that starts where the drive leaves it, the stop itself excepted, over the initial
-    /// amplitude; `None` where the mass stops at its first turning point or does not start.
+    /// Largest error of the amplitude by eq. (16) at the turning points of the ring-down from the driven amplitude,
+    /// over the initial amplitude. The stop itself is excluded. `None` if the mass stops at its first turning point
+    /// or does not start.
     pub ring_down_error: Option<f64>,
     /// Exact `phi_1` at resonance, rad, which the paper takes as zero.
     pub fundamental_phase: f64,

@@ -1,22 +1,21 @@
-//! Symmetric motion with one stop each half cycle: two equations in two unknowns.
+//! Symmetric motion with one stop per half cycle: two equations in two unknowns.
 //!
-//! Let go downwards at the phase `phi`, where the drive falls below spring less friction,
+//! The mass is released downwards at the phase `phi` at which the drive falls below the spring force less friction,
 //!
 //! ```text
 //! X = x_0 cos phi + x_F,
 //! ```
 //!
-//! the mass slides for a time `u` until its velocity vanishes, and must then be at `-X`. Both
-//! conditions are solved by Newton's method; their derivatives by the parameters follow from
-//! the implicit functions. While it slides friction is `x_F`, while it is held it is what drive
-//! and spring leave, so that its fundamental, and with it the response, needs nothing more than
-//! the two phases:
+//! It slides for a time `u` until its velocity vanishes, and must then be at `-X`. Both conditions are solved by
+//! Newton's method; the derivatives with respect to the parameters follow from the implicit function theorem. While
+//! the mass slides, friction is `x_F`; while it is held, friction balances drive and spring. The fundamental of the
+//! friction force, and with it the response, therefore depends only on the two phases:
 //!
 //! ```text
 //! D Z = x_0 - (2/pi) ∫ f e^(-i psi) d psi          over half a cycle
 //! ```
 //!
-//! Lengths are in units of `x_0`: response and drive only scale together.
+//! Lengths are in units of `x_0`, because response and drive scale together.
 
 use super::Phasor;
 use super::closed::Walk;
@@ -24,7 +23,7 @@ use super::response::{Fundamental, Point, Regime};
 use crate::numeric::trig;
 use std::f64::consts::PI;
 
-/// Phase of the release downwards, and how long the slide lasts, s.
+/// Phase of the downward release, and duration of the slide, s.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Slip {
     pub(super) phase: f64,
@@ -42,7 +41,7 @@ struct Law {
     x_f: f64,
 }
 
-/// Free motion from rest at one and from zero at speed one, and their rates.
+/// Free motion from unit displacement at rest and from zero at unit speed, and their rates.
 struct Free {
     a: f64,
     b: f64,
@@ -53,7 +52,7 @@ struct Free {
     cos: f64,
 }
 
-/// The two conditions (speed, place) and what they depend on.
+/// The two conditions (speed, position) and the quantities they depend on.
 struct Balance {
     value: [f64; 2],
     by_phase: [f64; 2],
@@ -129,7 +128,7 @@ impl Law {
         }
     }
 
-    /// The velocity of a slide from its start, at even steps.
+    /// The velocity of a slide from its start, at equal steps.
     #[inline(always)]
     fn walk(&self, steady: Phasor, crest: Phasor, h: f64) -> Walk {
         let (a, v) = (crest.re - steady.re, self.omega * steady.im);
@@ -138,7 +137,7 @@ impl Law {
         Walk::new([self.omega, self.omega_d, self.delta], h, steady * -self.omega, free)
     }
 
-    /// Steps short enough that no turn hides between two.
+    /// Step short enough that no turning point lies hidden between two.
     #[inline(always)]
     fn step(&self) -> f64 {
         PI / self.omega.max(self.omega_d) / 12.0
@@ -150,14 +149,15 @@ impl Slip {
         Self { phase, duration }
     }
 
-    /// Straight on from `before` through this one, `part` of the way between them; angles go on.
+    /// Linear extrapolation from `before` through this slip, by `part` of the distance between them; phases are
+    /// extrapolated as angles.
     pub(super) fn beyond(self, before: Self, part: f64, [omega_before, omega, next]: [f64; 3]) -> Self {
         let slid = [before.duration * omega_before, self.duration * omega];
         let on = |a: f64, b: f64| b + part * (b - a);
         Self { phase: on(before.phase, self.phase), duration: on(slid[0], slid[1]) / next }
     }
 
-    /// Let go at an amplitude, and sliding until it first turns.
+    /// Release at an amplitude, and slide until the first turning point.
     pub(super) fn from_amplitude(at: &Point, amplitude: f64) -> Option<Self> {
         let law = Law::new(at);
         let level = ((amplitude / at.x_0).max(0.0) - law.x_f).clamp(-0.999, 0.999);
@@ -165,7 +165,7 @@ impl Slip {
         let crest = Phasor::new(level, phase.sin());
         let h = law.step();
         let mut walk = law.walk(law.g * crest, crest, h);
-        // Its first step may lie before the drive has pulled it off.
+        // The first step may lie before the drive has released the mass.
         let before = walk.step();
         let most = PI / at.omega / h;
         if !most.is_finite() {
@@ -180,20 +180,20 @@ impl Slip {
     }
 }
 
-/// How many roundings the response may be off.
+/// Error allowed for the response, in units of rounding errors.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Digits {
     Twelve = 10_000,
-    /// Where no other way to a symmetric motion led.
+    /// For motions to which no other method led.
     Eight = 100_000_000,
 }
 
-/// Newton's steps before another way is taken.
+/// Number of Newton steps before another method is tried.
 const MOST_STEPS: usize = 14;
-/// A step, in rad or half cycles, behind which the next is one of rounding.
+/// Step size, in rad or half cycles, after which the next step only changes the rounding.
 const LAST_STEP: f64 = 1e-9;
-/// The same where roundings keep it from getting smaller: a weak difference of drive and friction is left with
-/// the error many times over.
+/// The same if rounding errors keep the step from decreasing: a small difference of drive and friction amplifies the
+/// error many times.
 const LAST_STEP_OF_ALL: f64 = 1e-8;
 
 /// The fundamental of the motion with one stop near `near`, if there is one.
@@ -209,7 +209,7 @@ pub(super) fn fundamental(at: &Point, near: Slip, digits: Digits) -> Option<(Fun
         if size < LAST_STEP || round == MOST_STEPS && size < LAST_STEP_OF_ALL {
             match digits {
                 Digits::Twelve => b = law.balance(here),
-                // The angles follow to the square of the step; the slopes of a fit do without it.
+                // The angles are updated to second order in the step; the slopes of a fit do not need this update.
                 Digits::Eight => {
                     b.crest *= Phasor::new(1.0, by_phase);
                     b.turn *= Phasor::new(1.0, law.omega * by_duration);
@@ -238,7 +238,7 @@ impl Law {
         let [by_phase, by_duration] = solve(b, [-b.value[0], -b.value[1]]);
         here.phase += by_phase.clamp(-0.4, 0.4);
         here.duration += by_duration.min(0.3 * half).max(-0.3 * half);
-        // No number where either is none.
+        // NaN if either is NaN.
         let size =
             if by_phase.abs() > by_duration.abs() / half { by_phase.abs() } else { by_duration.abs() / half };
         ([by_phase, by_duration], size + 0.0 * by_phase)
@@ -252,7 +252,7 @@ impl Law {
             & (slip.duration * self.omega < 1.2 * PI)
     }
 
-    /// Whether the mass slides downwards all the time, is then held, and is next let go upwards.
+    /// Whether the mass slides downwards all the time, is then held, and is next released upwards.
     fn is_motion(&self, slip: Slip, b: &Balance) -> bool {
         if !self.is_held(slip, b) {
             return false;
@@ -263,7 +263,7 @@ impl Law {
         walk.until_not_negative(steps, 0.0).is_none()
     }
 
-    /// Whether it is held at the end of its slide until it is let go upwards.
+    /// Whether it is held from the end of its slide until it is released upwards.
     #[inline(always)]
     fn is_held(&self, slip: Slip, b: &Balance) -> bool {
         const ROUNDING: f64 = 1e-12;
@@ -277,8 +277,8 @@ impl Law {
             & !pulled_off
     }
 
-    /// The phases are good to a rounding times `|g|`, their weak difference from the drive to one times `|g|²`:
-    /// at resonance the way by velocities keeps its digits.
+    /// The phases are accurate to a rounding error times `|g|`, and their small difference from the drive to one
+    /// times `|g|²`: at resonance the method based on velocities keeps its accuracy.
     #[inline(always)]
     fn is_precise(&self, value: Phasor, digits: Digits) -> bool {
         self.g.norm_sqr() < digits as u32 as f64 * value.norm_sqr().sqrt()
@@ -309,7 +309,7 @@ impl Law {
             let d_sum = by_phase * d_phase + by_duration * d_duration + own;
             d_g * value * over_g - g * d_sum * friction
         };
-        // By omega_0 and delta: through 1/D, and through the free motion.
+        // With respect to omega_0 and delta: through 1/D, and through the free motion.
         let over_2 = 1.0 / (self.omega_0 * self.omega_0);
         let over_d = 1.0 / self.omega_d;
         let minus_g2 = -(g * g);
@@ -357,7 +357,7 @@ fn is_finite(f: &Fundamental) -> bool {
     all.iter().all(|z| z.re.is_finite() && z.im.is_finite())
 }
 
-/// Frequencies at which the motion is found side by side, on vector lanes.
+/// Number of frequencies for which the motion is computed side by side, on vector lanes.
 pub(crate) const GROUP: usize = 8;
 
 pub(crate) type Row = [f64; GROUP];
@@ -380,16 +380,18 @@ pub(crate) struct Slips {
     pub(super) duration: Row,
 }
 
-/// Their fundamentals, real and imaginary parts: by `omega_0`, `delta`, `x_0`, `x_F`.
+/// Their fundamentals, real and imaginary parts, and the derivatives with respect to `omega_0`, `delta`, `x_0`,
+/// `x_F`.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct GroupResponse {
     pub(crate) value: [Row; 2],
     pub(crate) by: [[Row; 2]; 4],
 }
 
-/// Newton's steps in a group before its points are taken one by one.
+/// Number of Newton steps in a group before its points are computed one by one.
 const MOST_GROUP_STEPS: usize = 8;
-/// Steps of the walk along a slide in a group: those of slides longer than four swings are leapt over, one by one.
+/// Maximum number of steps of the walk along a slide in a group; slides longer than four swings are computed one by
+/// one, with leaps.
 const MOST_WALK: f64 = 48.0;
 
 impl Group {
@@ -405,7 +407,7 @@ impl Group {
         }
     }
 
-    /// Moves the slips to their conditions; those of the points that are `wanted` decide when that ends.
+    /// Iterates the slips to their conditions; the points that are `wanted` decide when the iteration ends.
     #[inline(always)]
     pub(crate) fn settle(&self, slips: &mut Slips, wanted: &[bool; GROUP]) {
         for _ in 0..MOST_GROUP_STEPS {
@@ -430,7 +432,7 @@ impl Group {
         }
     }
 
-    /// The fundamentals with these slips, and which of them are motions.
+    /// The fundamentals for these slips, and which of them are valid motions.
     #[inline(always)]
     pub(crate) fn respond(&self, slips: &Slips, digits: Digits, out: &mut GroupResponse) -> [bool; GROUP] {
         let mut motion = [false; GROUP];
@@ -464,7 +466,7 @@ impl Group {
         for k in 0..GROUP {
             longest = if motion[k] { longest.max(steps[k]) } else { longest };
         }
-        // The fastest speed; it must not be upwards.
+        // The largest speed; it must not be upwards.
         let mut fastest = [f64::NEG_INFINITY; GROUP];
         for step in 1..=longest as u32 {
             let step = f64::from(step);
@@ -485,7 +487,7 @@ impl Group {
 mod tests {
     use super::*;
 
-    /// Each point by itself is compared with the motion followed from stop to stop in `fundamental`.
+    /// Each single point is compared in `fundamental` with the motion followed from stop to stop.
     #[test]
     fn a_group_is_its_points_one_by_one() {
         let mut compared = 0;

@@ -1,4 +1,4 @@
-//! Periodic motion with any stops, by shooting on the event machine, and its stability.
+//! Periodic motion with any number of stops, by shooting with the event machine, and its stability.
 
 use super::{HarmonicDrive, Phasor};
 use crate::error::Error;
@@ -7,7 +7,7 @@ use crate::motion::simulate::{Drive, Event, EventKind, Friction, Motion};
 use crate::numeric::quadrature::integrate;
 use std::f64::consts::PI;
 
-/// A motion that repeats with the drive, whatever its turns and stops.
+/// A motion with the period of the drive, with any turning points and stops.
 #[derive(Debug, Clone)]
 pub struct PeriodicOrbit {
     drive: HarmonicDrive,
@@ -22,7 +22,7 @@ pub struct PeriodicOrbit {
     cycles: u32,
 }
 
-/// Where the search ended.
+/// Result of the search.
 struct Found {
     start: (f64, f64),
     matrix: [[f64; 2]; 2],
@@ -30,14 +30,14 @@ struct Found {
     cycles: u32,
 }
 
-/// How an orbit is sought.
+/// Options of the search for an orbit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OrbitOptions {
-    /// Where to begin, position and velocity at the drive's crest; from rest without.
+    /// Start of the search: position and velocity at the drive's crest; `None` starts from rest.
     pub start: Option<(f64, f64)>,
-    /// Drive cycles run before shooting begins.
+    /// Number of drive cycles run before shooting begins.
     pub settle_cycles: u32,
-    /// Cycles after which to give up.
+    /// Number of cycles after which the search gives up.
     pub max_cycles: u32,
 }
 
@@ -47,15 +47,15 @@ impl Default for OrbitOptions {
     }
 }
 
-/// Slowest drive over the natural frequency: its cycle has as many events as natural periods.
+/// Slowest drive relative to the natural frequency: its cycle has as many events as natural periods.
 const SLOWEST: f64 = 1e-5;
-/// Starts tried where the one from rest leads to no orbit, and the cycles each is given.
+/// Number of start values tried if the one from rest leads to no orbit, and the number of cycles for each.
 const ELSEWHERE: u32 = 256;
 const ELSEWHERE_CYCLES: u32 = 200;
 
-/// Starts spread evenly over three drive amplitudes either way (the additive recurrence of the
-/// plastic number): with static friction above the sliding one the event map jumps, and an orbit
-/// may be reached from some starts only.
+/// Start values spread evenly over three drive amplitudes either way (the additive recurrence of the plastic number):
+/// with static friction above kinetic friction the event map is discontinuous, and an orbit may be reached from some
+/// start values only.
 fn elsewhere(amplitude: f64, omega_0: f64) -> impl Iterator<Item = (f64, f64)> {
     const STEP: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
     (1..=ELSEWHERE).map(move |k| {
@@ -64,7 +64,7 @@ fn elsewhere(amplitude: f64, omega_0: f64) -> impl Iterator<Item = (f64, f64)> {
     })
 }
 
-/// The map over one cycle of the drive, and what is small in it.
+/// The map over one cycle of the drive, and its scales.
 struct Sought<'a> {
     begin: &'a dyn Fn((f64, f64)) -> Result<Motion, Error>,
     period: f64,
@@ -73,7 +73,7 @@ struct Sought<'a> {
 }
 
 impl Sought<'_> {
-    /// The orbit reached from a start, if any is.
+    /// The orbit reached from a start value, if any.
     fn from(&self, mut z: (f64, f64), settle_cycles: u32, max_cycles: u32) -> Result<Option<Found>, Error> {
         let cycle = |z: (f64, f64)| Ok::<_, Error>((self.begin)(z)?.tangent(self.period));
         let mut cycles = 0;
@@ -111,7 +111,7 @@ impl Sought<'_> {
         Ok(None)
     }
 
-    /// Whether the motion, run on from a start, settles to a period of two to eight cycles.
+    /// Whether the motion, continued from a start value, settles to a period of two to eight cycles.
     fn repeats_later(&self, start: (f64, f64), settle_cycles: u32) -> Result<bool, Error> {
         let mut motion = (self.begin)(start)?;
         let mut at = |cycle: u32| motion.state_at(f64::from(cycle) * self.period);
@@ -128,20 +128,18 @@ impl Sought<'_> {
 }
 
 impl PeriodicOrbit {
-    /// Finds a periodic orbit by Newton's method on the map over one cycle of the drive,
-    /// with the map's exact Jacobian; where that does not help, by running on.
+    /// Finds a periodic orbit by Newton's method on the map over one cycle of the drive, with the exact Jacobian of
+    /// the map; if this fails, by running on.
     ///
-    /// An orbit that spans a full stick is found too: any position inside the zone then
-    /// repeats, and the one reached is given. Where several orbits exist, the one reached
-    /// from `start` is given; without a `start`, from rest, and where that leads to none, from
-    /// others spread over the plane, a stable orbit before one that is not
-    /// ([`PeriodicOrbit::is_stable`]).
+    /// An orbit that sticks for the full cycle is found too: any position inside the zone then repeats, and the one
+    /// reached is returned. If several orbits exist, the one reached from `start` is returned. Without a `start`, the
+    /// search begins from rest; if that leads to no orbit, it begins from other start values spread over the plane,
+    /// and a stable orbit is preferred to an unstable one ([`PeriodicOrbit::is_stable`]).
     ///
     /// # Errors
-    /// [`Error::DoesNotHold`] if none was found within `max_cycles`: no damping at
-    /// resonance, or a period other than the drive's (where static friction exceeds the sliding
-    /// one, one draw in 100 000 settles to two or three cycles and has no orbit of one);
-    /// [`Error::Parameter`] for a drive slower than 1e-5 of the natural frequency.
+    /// [`Error::DoesNotHold`] if none was found within `max_cycles`: no damping at resonance, or a period other than
+    /// the drive's (if static friction exceeds kinetic friction, one random case in 100 000 settles to two or three
+    /// cycles and has no orbit of one); [`Error::Parameter`] for a drive slower than 1e-5 of the natural frequency.
     pub fn find(
         oscillator: &Oscillator,
         drive: &HarmonicDrive,
@@ -243,39 +241,39 @@ impl PeriodicOrbit {
         self.start
     }
 
-    /// Events of one cycle, time from the drive's crest.
+    /// Events of one cycle, with time counted from the drive's crest.
     pub fn events(&self) -> &[Event] {
         &self.events
     }
 
-    /// Stops in one cycle.
+    /// Number of stops per cycle.
     pub fn stops(&self) -> usize {
         self.events.iter().filter(|e| matches!(e.kind, EventKind::Stop | EventKind::Rest)).count()
     }
 
-    /// Floquet multipliers: the factors by which a small disturbance grows per cycle.
-    /// Stable while both are below one in magnitude. A stop makes one of them zero.
+    /// Floquet multipliers: the factors by which a small disturbance grows per cycle. The orbit is stable if both are
+    /// below one in magnitude. A stop makes one of them zero.
     pub fn multipliers(&self) -> [Phasor; 2] {
         self.multipliers
     }
 
-    /// Whether small disturbances die out (a full stick, which keeps them, does not count).
+    /// Whether small disturbances decay (false for a full stick, which preserves them).
     pub fn is_stable(&self) -> bool {
         self.multipliers.iter().all(|m| m.norm() < 1.0)
     }
 
-    /// How well the orbit closes: largest difference of position and velocity/omega_0
-    /// after a cycle, relative to the motion.
+    /// Closure error of the orbit: largest difference of position and velocity/omega_0 after a cycle, relative to the
+    /// motion.
     pub fn residual(&self) -> f64 {
         self.residual
     }
 
-    /// Cycles of the drive that were run to find it.
+    /// Number of drive cycles run to find it.
     pub fn cycles(&self) -> u32 {
         self.cycles
     }
 
-    /// Displacement and velocity, time from the drive's crest.
+    /// Displacement and velocity, with time counted from the drive's crest.
     pub fn state(&self, time_s: f64) -> (f64, f64) {
         let t = time_s.rem_euclid(2.0 * PI / self.drive.omega());
         let i = self.segments.partition_point(|m| m.state().time_s <= t).saturating_sub(1);
@@ -284,7 +282,7 @@ impl PeriodicOrbit {
         motion.peek(u)
     }
 
-    /// Turning points of one cycle, time from the drive's crest.
+    /// Turning points of one cycle, with time counted from the drive's crest.
     pub fn turning_points(&self) -> Vec<(f64, f64)> {
         let turned = |e: &&Event| matches!(e.kind, EventKind::Turn | EventKind::Stop | EventKind::Rest);
         self.events.iter().filter(turned).map(|e| (e.time_s, e.position)).collect()
@@ -310,12 +308,12 @@ impl PeriodicOrbit {
         sum
     }
 
-    /// Phasor of harmonic `n`, time from the drive's crest; `n = 0` gives the mean.
+    /// Phasor of harmonic `n`, with time counted from the drive's crest; `n = 0` gives the mean.
     pub fn harmonic(&self, n: u32) -> Phasor {
         self.harmonic_counted(n).0
     }
 
-    /// [`Self::harmonic`] and the number of states that its integrals took.
+    /// [`Self::harmonic`] and the number of states evaluated for its integrals.
     pub(super) fn harmonic_counted(&self, n: u32) -> (Phasor, u64) {
         let omega = self.drive.omega();
         let w = f64::from(n) * omega;
@@ -330,11 +328,11 @@ impl PeriodicOrbit {
         (Phasor::new(re, im) * factor, states.get())
     }
 
-    /// Friction force over the stiffness, time from the drive's crest: what sliding or
-    /// sticking exerts on the mass, positive along positive `x`.
+    /// Friction force on the mass over the stiffness, sliding or sticking, positive along positive `x`; time is
+    /// counted from the drive's crest.
     ///
-    /// While sliding it is `-F sgn(x')`; while sticking whatever keeps the mass in place,
-    /// `k (x - u)`, at most `F_s`. It jumps at turns, stops and (`F_s > F`) releases.
+    /// While sliding it is `-F sgn(x')`; while sticking it is the force that keeps the mass in place, `k (x - u)`, at
+    /// most `F_s`. It jumps at turning points, stops and (for `F_s > F`) releases.
     pub fn friction(&self, time_s: f64) -> f64 {
         let t = time_s.rem_euclid(2.0 * PI / self.drive.omega());
         let i = self.segments.partition_point(|m| m.state().time_s <= t).saturating_sub(1);
@@ -350,14 +348,13 @@ impl PeriodicOrbit {
         }
     }
 
-    /// Phasor of harmonic `n` of the friction force over the stiffness, time from the drive's
-    /// crest; `n = 0` gives the mean.
+    /// Phasor of harmonic `n` of the friction force over the stiffness, with time counted from the drive's crest; `n
+    /// = 0` gives the mean.
     ///
-    /// The Fourier series of friction that sticks: Vitorino, Vieira and Rodrigues suggest, after
-    /// their eq. (8), that static friction "can also be treated using an appropriate Fourier
-    /// series", and leave it there. Without stops it is the square wave of eq. (1). With
-    /// `D(n omega)` the dynamic stiffness, each harmonic of the motion answers its own:
-    /// `X_n = (U_n + f_n) k/D(n omega)`.
+    /// This is the Fourier series of friction with sticking: Vitorino, Vieira and Rodrigues suggest, after their eq.
+    /// (8), that static friction "can also be treated using an appropriate Fourier series", without carrying it out.
+    /// Without stops it is the square wave of eq. (1). With `D(n omega)` the dynamic stiffness, each harmonic of the
+    /// motion responds to its own harmonic of the force: `X_n = (U_n + f_n) k/D(n omega)`.
     pub fn friction_harmonic(&self, n: u32) -> Phasor {
         let omega = self.drive.omega();
         let period = 2.0 * PI / omega;
@@ -387,7 +384,7 @@ impl PeriodicOrbit {
         sum * factor
     }
 
-    /// Friction that acts.
+    /// The friction of this orbit.
     pub(crate) fn friction_law(&self) -> Friction {
         self.friction
     }

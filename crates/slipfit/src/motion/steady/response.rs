@@ -1,16 +1,16 @@
-//! The response of an oscillator at one frequency: what it depends on, and what comes out.
+//! The response of an oscillator at one frequency: parameters and result.
 
 use super::Phasor;
 use crate::numeric::dual::Pair;
 
-/// An oscillator at one frequency of its drive, with the differences kept apart that cancel.
+/// An oscillator at one frequency of its drive, with differences that would cancel given separately.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Point {
     /// Angular frequency of the drive, rad/s.
     pub omega: f64,
     /// Natural angular frequency, rad/s.
     pub omega_0: f64,
-    /// `omega - omega_0`, rad/s, given apart since it cancels at high Q.
+    /// `omega - omega_0`, rad/s, given separately because it cancels at high Q.
     pub detuning: f64,
     /// Decay rate, 1/s.
     pub delta: f64,
@@ -20,24 +20,24 @@ pub struct Point {
     pub x_f: f64,
 }
 
-/// How the motion looks that gave a fundamental.
+/// Kind of motion that gave a fundamental.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Regime {
-    /// Two turns a cycle, no stop.
+    /// Two turning points per cycle, no stop.
     Sliding,
-    /// One stop each half cycle.
+    /// One stop per half cycle.
     OneStop,
-    /// Several slides each half cycle.
+    /// Several slides per half cycle.
     ManyStops,
-    /// More turns than two without a symmetric stop: found by shooting, its derivatives only
-    /// those of the closed form.
+    /// More than two turning points without a symmetric stop: found by shooting; the derivatives are only those of
+    /// the closed form.
     ManyTurns,
     /// Nothing moves.
     Stuck,
 }
 
 impl Regime {
-    /// Stops in a cycle, at least.
+    /// Minimum number of stops per cycle.
     pub fn stops(self) -> usize {
         match self {
             Regime::Sliding | Regime::Stuck | Regime::ManyTurns => 0,
@@ -52,15 +52,15 @@ impl Regime {
 pub struct Fundamental {
     /// `Z`.
     pub value: Phasor,
-    /// By `omega_0` at fixed `omega` (the detuning follows).
+    /// Derivative with respect to `omega_0` at fixed `omega` (the detuning changes with it).
     pub by_omega_0: Phasor,
-    /// By the decay rate.
+    /// Derivative with respect to the decay rate.
     pub by_delta: Phasor,
-    /// By the drive amplitude.
+    /// Derivative with respect to the drive amplitude.
     pub by_x_0: Phasor,
-    /// By the friction displacement.
+    /// Derivative with respect to the friction displacement.
     pub by_x_f: Phasor,
-    /// The motion behind it.
+    /// The kind of motion.
     pub regime: Regime,
 }
 

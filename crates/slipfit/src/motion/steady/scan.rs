@@ -1,4 +1,4 @@
-//! What an instrument shows: amplitude and phase over frequency, or over the drive.
+//! Readings of an instrument: amplitude and phase over frequency, or over the drive.
 
 use super::{HarmonicDrive, Phasor, solve_with_friction};
 use crate::error::Error;
@@ -6,7 +6,7 @@ use crate::model::oscillator::{Oscillator, above_zero};
 use crate::motion::simulate::{Drive, EventKind, Friction, Harmonic, Motion};
 use std::f64::consts::{PI, TAU};
 
-/// One reading of a lock-in, with the motion behind it.
+/// One reading of a lock-in, with properties of the motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reading {
     /// Frequency of the drive, Hz.
@@ -17,25 +17,25 @@ pub struct Reading {
     pub fundamental: Phasor,
     /// Largest excursion of the exact motion.
     pub turning_amplitude: f64,
-    /// Stops in a cycle of the exact motion.
+    /// Number of stops per cycle of the exact motion.
     pub stops: usize,
 }
 
 impl Reading {
-    /// Amplitude of the fundamental, what a lock-in shows as R.
+    /// Amplitude of the fundamental, which a lock-in shows as R.
     pub fn amplitude(&self) -> f64 {
         self.fundamental.norm()
     }
 
-    /// Phase of the fundamental against the drive, rad in (-pi, pi]; a mass at rest has none.
+    /// Phase of the fundamental relative to the drive, rad in (-pi, pi]; `None` for a mass at rest.
     pub fn phase_rad(&self) -> Option<f64> {
-        // Without motion what is left is rounding.
+        // Without motion only rounding errors remain.
         (self.amplitude() > 1e-14 * self.drive_amplitude).then(|| self.fundamental.arg())
     }
 }
 
-/// Steady response at one frequency and drive, exact, stops included: what a lock-in
-/// shows once it has waited long enough.
+/// Exact steady response at one frequency and drive, including stops: the reading of a lock-in after sufficient
+/// waiting time.
 ///
 /// # Errors
 /// As [`solve`](super::solve()); [`Error::Parameter`] for a frequency or drive not above zero.
@@ -65,20 +65,19 @@ pub fn reading_with_friction(
     })
 }
 
-/// Points of a cycle the lock-in sums over.
+/// Number of points per cycle over which the lock-in sums.
 const POINTS: u32 = 64;
 
-/// A slow sweep from one frequency to the other in `duration_s`, up or down, as an
-/// instrument makes it: the motion never settles, and a fast sweep shows it.
+/// A slow sweep from one frequency to the other in `duration_s`, up or down, as made by an instrument: the motion
+/// never settles completely, which is visible in a fast sweep.
 ///
-/// The motion is exact ([`Drive::chirp`]) from the steady state of the first frequency on.
-/// `points` readings lie evenly in frequency; each demodulates one cycle of the drive
-/// about its instant. `turning_amplitude` is the largest excursion seen there, `stops` is
-/// not counted (zero).
+/// The motion is exact ([`Drive::chirp`]) and starts from the steady state at the first frequency. `points` readings
+/// are equidistant in frequency; each demodulates one cycle of the drive about its time. `turning_amplitude` is the
+/// largest excursion in that cycle; `stops` is not counted (zero).
 ///
 /// # Errors
-/// [`Error::Parameter`] for values not above zero, fewer than two points, or more points
-/// than the sweep has cycles; else as [`solve`](super::solve()).
+/// [`Error::Parameter`] for values not above zero, fewer than two points, or more points than the sweep has cycles;
+/// otherwise as [`solve`](super::solve()).
 ///
 /// ```
 /// # use slipfit::{Oscillator, motion::steady::scan};
@@ -118,7 +117,7 @@ pub fn chirp_with_friction(
         return Err(Error::Parameter { name: "points", value: f64::from(points), range: "2 or more" });
     }
     let (from, to) = (TAU * start_hz, TAU * stop_hz);
-    // Half a cycle is kept free at both ends, a whole one between readings.
+    // Half a cycle is kept free at both ends, and a whole one between readings.
     let (first, last) = (0.5 / start_hz, duration_s - 0.5 / stop_hz);
     let lowest = start_hz.min(stop_hz);
     if last - first < f64::from(points - 1) / lowest {
@@ -159,16 +158,15 @@ pub fn chirp_with_friction(
         .collect()
 }
 
-/// Steps of frequency or amplitude with a finite wait at each, as an instrument makes them: the
-/// motion goes on from step to step, so what has not settled shows.
+/// Steps of frequency or amplitude with a finite wait at each, as made by an instrument. The motion continues from
+/// step to step, so that incomplete settling is visible.
 ///
-/// At each step, `(drive_amplitude, frequency_hz)`, the drive changes at once, its phase going
-/// on without a jump; after `wait_s` one cycle is demodulated, and the next step follows.
-/// Before the first step the motion has settled at it. `turning_amplitude` and `stops` are
-/// those of the cycle demodulated.
+/// At each step, `(drive_amplitude, frequency_hz)`, the drive changes at once with continuous phase; after `wait_s`
+/// one cycle is demodulated, and the next step follows. Before the first step the motion has settled at it.
+/// `turning_amplitude` and `stops` are those of the demodulated cycle.
 ///
 /// # Errors
-/// [`Error::Parameter`] for a drive or frequency not above zero, or a negative wait; else as
+/// [`Error::Parameter`] for a drive or frequency not above zero, or a negative wait; otherwise as
 /// [`solve`](super::solve()).
 ///
 /// ```
@@ -203,7 +201,7 @@ pub fn stepped(
             above_zero("frequency_hz", frequency_hz)?;
             let omega = HarmonicDrive::new(drive_amplitude, TAU * frequency_hz)?.omega();
             let drive = Drive::harmonics(0.0, &[Harmonic { amplitude: drive_amplitude, omega, phase }])?;
-            // Each step counts its own time: no phase is lost over a long scan.
+            // Each step counts its own time, so that no phase accuracy is lost over a long scan.
             let mut motion = Motion::with_friction(oscillator, friction, drive, 0.0, state.0, state.1)?;
             let end = wait_s + 1.0 / frequency_hz;
             let mut events = motion.clone();
@@ -288,7 +286,7 @@ mod tests {
             let all = stepped(&o, Friction::of(&o), &steps, wait_s).unwrap();
             let far = |r: &Reading| {
                 let s = reading(&o, 1.0, r.frequency_hz).unwrap();
-                // 64 points of a cycle see a sine; the kinks of friction leave some 1e-5.
+                // 64 points per cycle resolve a sine; the kinks of friction leave an error of about 1e-5.
                 (r.fundamental - s.fundamental).norm() / s.amplitude()
             };
             all.iter().map(far).fold(0.0, f64::max)
@@ -305,7 +303,7 @@ mod tests {
 
     #[test]
     fn asymmetric_friction_of_one_value_changes_little_more_than_the_mean() {
-        // At resonance the loss goes with the mean of the two, the mid-line with their difference.
+        // At resonance the loss depends on the mean of the two, the mid-line on their difference.
         let o = oscillator();
         let uneven = Friction::asymmetric([0.5, 0.3], [0.5, 0.3]).unwrap();
         let a = reading_with_friction(&o, uneven, 1.0, 2.0).unwrap();

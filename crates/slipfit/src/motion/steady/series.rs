@@ -1,9 +1,8 @@
 //! The Fourier series of the steady motion, eqs. (1) to (7) of Vitorino, Vieira and Rodrigues.
 //!
-//! The square wave of friction has its zeros where the velocity has, at multiples of
-//! *half* the period (the text before eq. (1) says of the period). The phase zero of
-//! time is chosen there: friction is a sine series, the crest of the motion is at
-//! `t = 0`, and the drive is `x_0 cos(omega t - phi_0)` with `phi_0` to be found.
+//! The square wave of friction has its zeros at those of the velocity, at multiples of *half* the period (the text
+//! before eq. (1) says: of the period). The origin of time is chosen there: friction is a sine series, the crest of
+//! the motion is at `t = 0`, and the drive is `x_0 cos(omega t - phi_0)` with `phi_0` to be found.
 //!
 //! Amplitudes are displacements, forces are over the stiffness.
 
@@ -20,14 +19,14 @@ pub fn friction_force(oscillator: &Oscillator, omega: f64, time_s: f64, terms: u
     4.0 / PI * oscillator.friction_displacement() * unit
 }
 
-/// Acceleration by the equation of motion, eq. (2), friction summed to `terms`:
+/// Acceleration from the equation of motion, eq. (2), with friction summed up to `terms`:
 ///
 /// ```text
 /// m x'' = -k (x - x_0 cos(omega t - phi_0)) - gamma x' + Σ (4F/n pi) sin(n omega t)
 /// ```
 ///
-/// The print has a minus before the sum. With `x = R cos(omega t)` the velocity goes as
-/// `-sin`, so friction, opposing it, goes as `+sin`, as eqs. (8) and (15) have it.
+/// The printed equation has a minus before the sum. With `x = R cos(omega t)` the velocity varies as `-sin`, so
+/// friction, which opposes it, varies as `+sin`, as in eqs. (8) and (15).
 pub fn acceleration(
     oscillator: &Oscillator,
     drive: &HarmonicDrive,
@@ -48,16 +47,16 @@ pub fn harmonic_amplitude(oscillator: &Oscillator, omega: f64, n: u32) -> f64 {
     harmonic(oscillator, omega, n).norm()
 }
 
-/// Phase of harmonic `n` in `R_n cos(n omega t - phi_n)`, eq. (5) as it holds: the printed
-/// angle, taken on the quadrant of `D(n omega)`, plus `pi/2`.
+/// Phase of harmonic `n` in `R_n cos(n omega t - phi_n)`, eq. (5) corrected: the printed angle, taken in the quadrant
+/// of `D(n omega)`, plus `pi/2`.
 ///
-/// The forcing is a sine and eq. (3) is written in cosines; and above resonance, where
-/// every `n >= 3` usually is, `k - m n² omega²` is negative.
+/// The forcing is a sine while eq. (3) is written in cosines; and above resonance, where every `n >= 3` usually lies,
+/// `k - m n² omega²` is negative.
 pub fn harmonic_phase(oscillator: &Oscillator, omega: f64, n: u32) -> f64 {
     dynamic_stiffness(oscillator, f64::from(n) * omega).arg() + FRAC_PI_2
 }
 
-/// Eq. (5) as printed, `arctan(n gamma omega/(k - m n² omega²))`: kept to show the difference.
+/// Eq. (5) as printed, `arctan(n gamma omega/(k - m n² omega²))`, for comparison.
 pub fn harmonic_phase_as_printed(oscillator: &Oscillator, omega: f64, n: u32) -> f64 {
     let d = dynamic_stiffness(oscillator, f64::from(n) * omega);
     (d.im / d.re).atan()
@@ -68,18 +67,17 @@ pub fn harmonic_phase_as_printed(oscillator: &Oscillator, omega: f64, n: u32) ->
 ///
 /// Returns `R sin(phi_1)`. With `phi_n` of [`harmonic_phase`].
 pub fn quadrature_of_fundamental(oscillator: &Oscillator, omega: f64, terms: u32) -> f64 {
-    // n R_n sin(phi_n) = -n Im X_n, formed without the detour over the angle.
+    // n R_n sin(phi_n) = -n Im X_n, computed without using the angle.
     higher(terms).rev().map(|n| f64::from(n) * harmonic(oscillator, omega, n).im).sum()
 }
 
-/// Phase of the fundamental against friction, eq. (7) as it holds:
+/// Phase of the fundamental relative to friction, eq. (7) corrected:
 ///
 /// ```text
 /// sin(phi_1) = Σ (4F/pi R)(m n² omega² - k) / Z_n²,     n = 3, 5 …
 /// ```
 ///
-/// near resonance `F/(pi k R)`. `None` where the sum exceeds one: the motion is then
-/// nothing like a sine.
+/// near resonance `F/(pi k R)`. `None` if the sum exceeds one: the motion is then far from sinusoidal.
 pub fn fundamental_phase(
     oscillator: &Oscillator,
     omega: f64,
@@ -90,8 +88,8 @@ pub fn fundamental_phase(
     (sine.abs() <= 1.0).then(|| sine.asin())
 }
 
-/// Eq. (7) as printed, `sin(phi_1) = Σ (4F n gamma omega/(pi R)) / Z_n²`: of order
-/// `F/(k R Q)`, which for `Q = 50` is hundreds of times too small.
+/// Eq. (7) as printed, `sin(phi_1) = Σ (4F n gamma omega/(pi R)) / Z_n²`: of order `F/(k R Q)`, hundreds of times too
+/// small for `Q = 50`.
 pub fn fundamental_phase_as_printed(
     oscillator: &Oscillator,
     omega: f64,
@@ -108,8 +106,8 @@ pub fn fundamental_phase_as_printed(
     (sum / fundamental_amplitude).asin()
 }
 
-/// Displacement by the series, eq. (3):
-/// `R cos(omega t - phi_1) + Σ R_n cos(n omega t - phi_n)`, `t = 0` at the turn.
+/// Displacement by the series, eq. (3): `R cos(omega t - phi_1) + Σ R_n cos(n omega t - phi_n)`, with `t = 0` at the
+/// turning point.
 ///
 /// `fundamental` is `(R, phi_1)`.
 pub fn displacement(
@@ -130,21 +128,20 @@ pub fn displacement(
     r * (omega * time_s - phi).cos() + rest
 }
 
-/// The series solved: phasors of `n = 1, 3 … 2 terms - 1`, the drive's crest at `t = 0`.
+/// Solution of the series: phasors of `n = 1, 3 … 2 terms - 1`, with the drive's crest at `t = 0`.
 ///
-/// Eqs. (2), (3) and (6) together leave one unknown, the in-phase part `p` of the
-/// fundamental; `|D (p - i q)/k + 4 i x_F/pi| = x_0` is a quadratic for it, of which
-/// eq. (8) is the case `q = 0`. With more terms it tends to the exact motion wherever
-/// that has no stops.
+/// Eqs. (2), (3) and (6) together leave one unknown, the in-phase part `p` of the fundamental; `|D (p - i q)/k + 4 i
+/// x_F/pi| = x_0` is a quadratic equation for it, of which eq. (8) is the case `q = 0`. With more terms it converges
+/// to the exact motion if that has no stops.
 ///
-/// `None` where the drive is too weak for a motion of this kind.
+/// `None` if the drive is too weak for a motion of this kind.
 pub fn solve(oscillator: &Oscillator, drive: &HarmonicDrive, terms: u32) -> Option<Vec<Phasor>> {
     let omega = drive.omega();
     let q = quadrature_of_fundamental(oscillator, omega, terms);
     let d = dynamic_stiffness(oscillator, omega);
     let b = 4.0 / PI * oscillator.friction_displacement();
     let square = d.norm_sqr();
-    // (x_0² - |D|² q² + 2 Re D q b - b²) |D|² + (Im D b)², the b² terms joined.
+    // (x_0² - |D|² q² + 2 Re D q b - b²) |D|² + (Im D b)², with the b² terms combined.
     let under =
         square * (drive.amplitude().powi(2) - square * q * q + 2.0 * d.re * q * b) - (d.re * b).powi(2);
     if under.is_nan() || under < 0.0 {
@@ -163,13 +160,13 @@ pub fn solve(oscillator: &Oscillator, drive: &HarmonicDrive, terms: u32) -> Opti
     Some(all)
 }
 
-/// The motion by the Fourier series of friction that may stick: the mean and the harmonics up to
-/// `highest`, `X_n = (U_n + f_n) k/D(n omega)`, the drive's crest at `t = 0`.
+/// The motion by the Fourier series of friction with sticking: the mean and the harmonics up to `highest`, `X_n =
+/// (U_n + f_n) k/D(n omega)`, with the drive's crest at `t = 0`.
 ///
-/// What Vitorino, Vieira and Rodrigues suggest after their eq. (8) for static friction. The
-/// force is that of the exact motion, `f_n` of [`PeriodicOrbit::friction_harmonic`]; cut after
-/// `highest` harmonics the series still moves a little where the mass sticks. Its error falls
-/// as `highest^-2`, the force's jumps being passed twice through `1/omega²` and summed.
+/// Vitorino, Vieira and Rodrigues suggest this for static friction after their eq. (8). The force is that of the
+/// exact motion, `f_n` of [`PeriodicOrbit::friction_harmonic`]; truncated after `highest` harmonics, the series still
+/// moves slightly while the mass sticks. Its error falls as `highest^-2`, because the jumps of the force are
+/// attenuated by `1/omega²` and summed.
 pub fn sticking(orbit: &PeriodicOrbit, drive: &HarmonicDrive, highest: u32) -> Vec<Phasor> {
     (0..=highest)
         .map(|n| {
@@ -180,7 +177,7 @@ pub fn sticking(orbit: &PeriodicOrbit, drive: &HarmonicDrive, highest: u32) -> V
         .collect()
 }
 
-/// Phasor of harmonic `n >= 3` with the turn at `t = 0`: `-i (4 x_F/n pi) k/D(n omega)`.
+/// Phasor of harmonic `n >= 3` with the turning point at `t = 0`: `-i (4 x_F/n pi) k/D(n omega)`.
 pub(super) fn harmonic(oscillator: &Oscillator, omega: f64, n: u32) -> Phasor {
     let n = f64::from(n);
     let force = 4.0 * oscillator.friction_displacement() / (n * PI);
@@ -191,7 +188,7 @@ fn odd(terms: u32) -> impl DoubleEndedIterator<Item = u32> {
     (0..terms).map(|i| i.saturating_mul(2) | 1)
 }
 
-/// The odd numbers from three on, `terms` counting the one left out.
+/// The odd numbers from three on; `terms` includes the omitted `n = 1`.
 fn higher(terms: u32) -> impl DoubleEndedIterator<Item = u32> {
     (1..terms).map(|i| i.saturating_mul(2) | 1)
 }

@@ -1,4 +1,4 @@
-//! The exact steady motion by the method that holds, and a comparison of the methods.
+//! The exact steady motion by whichever method holds, and a comparison of the methods.
 
 use super::exact::ClosedForm;
 use super::orbit::{OrbitOptions, PeriodicOrbit};
@@ -11,9 +11,9 @@ use crate::motion::simulate::{Drive, Friction, Motion};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum SolutionMethod {
-    /// Two turns a cycle and no stop: the closed form.
+    /// Two turning points per cycle and no stop: the closed form.
     ClosedForm,
-    /// Shooting on the event map: there are stops, or more turns.
+    /// Shooting on the event map: there are stops, or more turning points.
     Shooting,
     /// The mass never moves: the drive stays within static friction.
     FullStick,
@@ -28,18 +28,18 @@ pub struct Solution {
     pub method: SolutionMethod,
     /// Floquet multipliers of the motion.
     pub multipliers: [Phasor; 2],
-    /// How well it closes after one cycle of the event machine, relative.
+    /// Relative closure error after one cycle of the event machine.
     pub residual: f64,
 }
 
-/// The exact steady motion, by the method that holds.
+/// The exact steady motion, by whichever method holds.
 ///
-/// The closed form is tried first and believed only if the event machine confirms it;
-/// else shooting, from rest and after a short transient. Every answer is run through
-/// one cycle of the event machine: `residual` and `multipliers` come from there.
+/// The closed form is tried first and accepted only if the event machine confirms it; otherwise shooting is used,
+/// from rest and after a short transient. Every answer is run through one cycle of the event machine, which gives
+/// `residual` and `multipliers`.
 ///
 /// # Errors
-/// [`Error::DoesNotHold`] where no motion repeating with the drive was found.
+/// [`Error::DoesNotHold`] if no motion with the period of the drive was found.
 ///
 /// ```
 /// # use slipfit::{Oscillator, motion::steady::{HarmonicDrive, SolutionMethod, solve}};
@@ -52,7 +52,7 @@ pub struct Solution {
 pub fn solve(oscillator: &Oscillator, drive: &HarmonicDrive) -> Result<Solution, Error> {
     if let Some(closed) = ClosedForm::new(oscillator, drive).filter(ClosedForm::holds) {
         let state = SteadyState::closed(oscillator, drive, closed);
-        // The orbit through the same point, one cycle of it.
+        // The orbit through the same point, for one cycle.
         let options = OrbitOptions { start: Some(state.state(0.0)), settle_cycles: 0, max_cycles: 4 };
         if let Ok(orbit) = PeriodicOrbit::find(oscillator, drive, options) {
             let (multipliers, residual) = (orbit.multipliers(), orbit.residual());
@@ -63,8 +63,8 @@ pub fn solve(oscillator: &Oscillator, drive: &HarmonicDrive) -> Result<Solution,
     Ok(shot(drive, orbit))
 }
 
-/// [`solve`] with friction that differs between the directions: by shooting, as the closed
-/// form knows only one friction; by [`solve`] itself where both are the oscillator's own.
+/// [`solve`] with friction that differs between the directions. It uses shooting, because the closed form assumes one
+/// friction, or [`solve`] itself if both are the oscillator's own.
 ///
 /// # Errors
 /// As [`solve`].
@@ -86,23 +86,23 @@ fn shot(drive: &HarmonicDrive, orbit: PeriodicOrbit) -> Solution {
     Solution { state: SteadyState::orbit(drive, orbit), method, multipliers, residual }
 }
 
-/// The amplitude at the turns by each of the three methods.
+/// The amplitude at the turning points by each of the three methods.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MethodComparison {
-    /// The closed form's value, whether or not it holds; `None` where it has none.
+    /// Value of the closed form, whether or not it holds; `None` if it has none.
     pub closed_form: Option<f64>,
-    /// By shooting; `None` where no periodic motion was found.
+    /// Value by shooting; `None` if no periodic motion was found.
     pub shooting: Option<f64>,
     /// Largest excursion in the last cycle of a long run from rest at zero.
     pub transient: f64,
-    /// The method that holds; `None` where no motion repeating with the drive was found.
+    /// The method that holds; `None` if no motion with the period of the drive was found.
     pub holds: Option<SolutionMethod>,
 }
 
-/// The steady amplitude by closed form, by shooting and by a run of `cycles`, and which holds.
+/// The steady amplitude by closed form, by shooting and by a run of `cycles`, and which of them holds.
 ///
 /// # Errors
-/// [`Error::Parameter`] for no cycles at all.
+/// [`Error::Parameter`] if `cycles` is zero.
 ///
 /// ```
 /// # use slipfit::{Oscillator, motion::steady::{HarmonicDrive, SolutionMethod, compare_methods}};

@@ -1,4 +1,4 @@
-//! The steady motion by any method, behind one interface.
+//! The steady motion by any method, with a common interface.
 
 use super::drive::HarmonicDrive;
 use super::exact::ClosedForm;
@@ -15,35 +15,34 @@ use std::f64::consts::PI;
 pub enum Method {
     /// Fourier series, eqs. (1) to (7), with this many odd harmonics.
     Series {
-        /// Odd harmonics, the fundamental included.
+        /// Number of odd harmonics, including the fundamental.
         terms: u32,
     },
     /// Leading term, eq. (8).
     Leading,
-    /// Leading term with drag `c v|v|` besides.
+    /// Leading term with additional drag `c v|v|`.
     LeadingWithDrag {
         /// `a2 = 4 c omega/(3 pi m)`, per s and displacement.
         drag_rate: f64,
     },
     /// Effective Lorentzian, eq. (14).
     Lorentzian {
-        /// The proportionality `a`, [`lorentzian::PAPER_A`] in the paper.
+        /// The proportionality factor `a`, [`lorentzian::PAPER_A`] in the paper.
         a: f64,
     },
-    /// Fourier series of friction that may stick, cut after harmonic `highest`: the friction
-    /// force of the exact motion, harmonic by harmonic
-    /// ([`PeriodicOrbit::friction_harmonic`]).
+    /// Fourier series of friction with sticking, truncated after harmonic `highest`: the friction force of the exact
+    /// motion, harmonic by harmonic ([`PeriodicOrbit::friction_harmonic`]).
     StickingSeries {
         /// The last harmonic kept, 1 or more.
         highest: u32,
     },
-    /// Exact, two turns a cycle and no stop.
+    /// Exact, two turning points per cycle and no stop.
     Exact,
-    /// Exact, with whatever stops there are, by shooting.
+    /// Exact, with any number of stops, by shooting.
     WithStops,
 }
 
-/// Energy dissipated in a cycle over the stiffness; multiply by `k` for joules.
+/// Energy dissipated per cycle over the stiffness; multiply by `k` for joules.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CycleLoss {
     /// By viscous damping.
@@ -55,13 +54,13 @@ pub struct CycleLoss {
 }
 
 impl CycleLoss {
-    /// All of it.
+    /// Sum of all losses.
     pub fn total(&self) -> f64 {
         self.viscous + self.sliding + self.drag
     }
 }
 
-/// A steady motion, by whichever [`Method`]; time counts from the crest of the drive.
+/// A steady motion by any [`Method`]; time is counted from the crest of the drive.
 #[derive(Debug, Clone)]
 pub struct SteadyState {
     oscillator: Oscillator,
@@ -83,12 +82,11 @@ enum Shape {
 impl SteadyState {
     /// Computes the steady motion by one method.
     ///
-    /// A method that sees no motion (a drive below its threshold) gives a mass at rest.
+    /// If a method finds no motion (a drive below its threshold), the result is a mass at rest.
     ///
     /// # Errors
-    /// [`Error::DoesNotHold`] for [`Method::Exact`] where the motion has stops, and for
-    /// [`Method::WithStops`] where no periodic motion was found; [`Error::Parameter`] for
-    /// no terms, `a <= 1`, or a negative drag rate.
+    /// [`Error::DoesNotHold`] for [`Method::Exact`] if the motion has stops, and for [`Method::WithStops`] if no
+    /// periodic motion was found; [`Error::Parameter`] for zero terms, `a <= 1`, or a negative drag rate.
     pub fn new(oscillator: &Oscillator, drive: &HarmonicDrive, method: Method) -> Result<Self, Error> {
         let fourier = |x: Option<Phasor>| Shape::Fourier(x.into_iter().collect());
         let shape = match method {
@@ -165,7 +163,7 @@ impl SteadyState {
         }
     }
 
-    /// Gain `|X_1|/x_0`: what a lock-in measures over the drive.
+    /// Gain `|X_1|/x_0`: the lock-in amplitude over the drive amplitude.
     pub fn gain(&self) -> f64 {
         self.harmonic(1).norm() / self.drive.amplitude
     }
@@ -179,7 +177,7 @@ impl SteadyState {
     pub fn state(&self, time_s: f64) -> (f64, f64) {
         match &self.shape {
             Shape::Fourier(x) => {
-                // Horner's rule in the square of e^(i omega t), for x and for x'.
+                // Horner's scheme in the square of e^(i omega t), for x and for x'.
                 let z = Phasor::from_polar(1.0, (self.drive.omega * time_s) % (2.0 * PI));
                 let step = z * z;
                 let (mut x_sum, mut v_sum) = (Phasor::default(), Phasor::default());
@@ -213,7 +211,7 @@ impl SteadyState {
         self.state(time_s).1
     }
 
-    /// Turning points of one cycle, time and position, from the crest of the drive on.
+    /// Turning points of one cycle, time and position, starting from the crest of the drive.
     pub fn turning_points(&self) -> Vec<(f64, f64)> {
         match &self.shape {
             Shape::Fourier(x) => self.zeros_of_velocity(x.len()),
@@ -230,7 +228,7 @@ impl SteadyState {
     }
 
     fn zeros_of_velocity(&self, terms: usize) -> Vec<(f64, f64)> {
-        // Acceleration of the series jumps, velocity does not: its zeros are few.
+        // The acceleration of the series has jumps, the velocity has not: its zeros are few.
         let steps = 32 * terms.clamp(1, 64);
         let period = self.drive.period_s();
         let mut found = Vec::new();
@@ -250,7 +248,7 @@ impl SteadyState {
         found
     }
 
-    /// Stops in a cycle; none unless computed with them.
+    /// Number of stops per cycle; zero unless the method includes them.
     pub fn stops(&self) -> usize {
         match &self.shape {
             Shape::Orbit(o) => o.stops(),
@@ -267,12 +265,11 @@ impl SteadyState {
         }
     }
 
-    /// Energy dissipated in a cycle, split, over the stiffness:
-    /// `(2 delta/omega_0²) ∮ v² dt` viscous, `x_F ∮ |dx|` sliding, and for
-    /// [`Method::LeadingWithDrag`] its drag, `(2 pi a2 omega/omega_0²) R³`.
+    /// Energy dissipated per cycle, split, over the stiffness: `(2 delta/omega_0²) ∮ v² dt` viscous, `x_F ∮ |dx|`
+    /// sliding, and for [`Method::LeadingWithDrag`] its drag, `(2 pi a2 omega/omega_0²) R³`.
     pub fn loss(&self) -> CycleLoss {
         let o = &self.oscillator;
-        // Of a periodic motion as much path goes one way as the other.
+        // In a periodic motion the paths in both directions are equally long.
         let x_f = match &self.shape {
             Shape::Orbit(orbit) => orbit.friction_law().kinetic().iter().sum::<f64>() * 0.5,
             _ => o.friction_displacement(),
@@ -311,8 +308,7 @@ impl SteadyState {
         }
     }
 
-    /// Work of the drive in a cycle over the stiffness, `pi x_0 |X_1| sin(lag)`: equal to
-    /// the loss in an exact motion.
+    /// Work of the drive per cycle over the stiffness, `pi x_0 |X_1| sin(lag)`: equal to the loss in an exact motion.
     pub fn work(&self) -> f64 {
         -PI * self.drive.amplitude * self.harmonic(1).im
     }

@@ -1,8 +1,7 @@
-//! Symmetric motion with stops: slides in closed form between releases, any number of them.
+//! Symmetric motion with any number of stops: slides in closed form between releases.
 //!
-//! A stop forgets the velocity, so that half a cycle is a map of one number, the place of
-//! the stop, onto the next. Its fixed point and everything that follows from it are carried
-//! with their derivatives.
+//! A stop erases the velocity, so that half a cycle maps one number, the position of the stop, to the next. The fixed
+//! point of this map and all quantities derived from it are computed with their derivatives.
 
 use super::Phasor;
 use super::closed::Walk;
@@ -11,24 +10,24 @@ use super::response::{Fundamental, Point, Regime};
 use crate::numeric::dual::{Dual, Pair};
 use std::f64::consts::{PI, TAU};
 
-/// More slides in half a cycle than these are not followed.
+/// Maximum number of slides in half a cycle.
 const MOST_SLIDES: usize = 64;
 
-/// The oscillator with as many derivatives as asked for.
+/// The oscillator with the requested number of derivatives.
 struct Law<const N: usize> {
     omega: f64,
     delta: Dual<N>,
     x_0: Dual<N>,
     x_f: Dual<N>,
     omega_d: Dual<N>,
-    /// `omega_d - omega`, kept apart.
+    /// `omega_d - omega`, given separately for accuracy.
     slow: Dual<N>,
     d: Pair<N>,
 }
 
 impl<const N: usize> Law<N> {
     fn new(at: &Point) -> Self {
-        // With derivatives the first four variables are these.
+        // With derivatives, these are the first four variables.
         let variable =
             |value: f64, k: usize| if N > k { Dual::variable(value, k) } else { Dual::constant(value) };
         let omega_0 = variable(at.omega_0, 0);
@@ -83,7 +82,7 @@ struct Slide<'a, const N: usize> {
 }
 
 impl<const N: usize> Slide<'_, N> {
-    /// Speed `u` after the start, and its rate.
+    /// Speed and its rate at the time `u` after the start.
     fn speed(&self, u: f64) -> (f64, f64) {
         let l = self.law;
         let (s, c) = (l.omega * u).sin_cos();
@@ -98,7 +97,7 @@ impl<const N: usize> Slide<'_, N> {
         )
     }
 
-    /// Position and speed `u` after the start.
+    /// Position and speed at the time `u` after the start.
     fn at(&self, u: Dual<N>) -> (Dual<N>, Dual<N>) {
         let l = self.law;
         let (s, c) = u.scale(l.omega).sin_cos();
@@ -111,7 +110,7 @@ impl<const N: usize> Slide<'_, N> {
         )
     }
 
-    /// When the speed is zero again, with derivatives; `None` if not within `longest`.
+    /// Time at which the speed is zero again, with derivatives; `None` if not within `longest`.
     fn duration(&self, direction: f64, longest: f64) -> Option<Dual<N>> {
         let l = self.law;
         let step = (PI / l.omega).min(PI / l.omega_d.value) / 12.0;
@@ -140,7 +139,7 @@ impl<const N: usize> Slide<'_, N> {
             let next = if next > low && next < high { next } else { 0.5 * (low + high) };
             let moved = (next - u).abs();
             u = next;
-            // The step after one so small would be one of rounding.
+            // The step after such a small one would only change the rounding.
             if moved < 1e-9 * u {
                 break;
             }
@@ -170,18 +169,17 @@ impl<const N: usize> Slide<'_, N> {
     }
 }
 
-/// Half a cycle: where it stops at the end, the fundamental, the slides, and how far the
-/// last release comes after the first in phase.
+/// Half a cycle: final stop position, fundamental, number of slides, and phase of the last release after the first.
 struct Half<const N: usize> {
     end: Dual<N>,
     fundamental: Pair<N>,
     slides: usize,
     turned: f64,
-    /// Of the last slide, s.
+    /// Duration of the last slide, s.
     duration: f64,
 }
 
-/// From the release downwards at `x` to the next release upwards.
+/// Motion from the downward release at `x` to the next upward release.
 fn half<const N: usize>(law: &Law<N>, x: Dual<N>) -> Option<Half<N>> {
     let over = law.x_0.recip();
     let begin = acos((x - law.x_f) * over)?;
@@ -231,16 +229,16 @@ fn acos<const N: usize>(level: Dual<N>) -> Option<Dual<N>> {
     Some(Dual { value: level.value.acos(), d: level.d.map(|d| -d / root) })
 }
 
-/// The same angle, turned on to lie after `phase`.
+/// The same angle plus full turns, such that it lies after `phase`.
 fn after<const N: usize>(mut angle: Dual<N>, phase: f64) -> Dual<N> {
-    // A release right at the landing may lie before it by rounding.
+    // A release right at the stop may lie before it by rounding.
     angle.value += TAU * ((phase - 1e-12 - angle.value) / TAU).ceil();
     angle
 }
 
-/// The fundamental of a symmetric motion with stops, if there is one; `guess` is an
-/// amplitude to begin with. With one stop, also what tells it to a neighbour. The slides computed are
-/// added to `count`.
+/// The fundamental of a symmetric motion with stops, if there is one; `guess` is a start value for the amplitude.
+/// With one stop, the slip is returned as a start value for a neighbouring frequency. The number of slides computed
+/// is added to `count`.
 pub(super) fn fundamental(at: &Point, guess: f64, count: &mut u64) -> Option<(Fundamental, Option<Slip>)> {
     let plain = Law::<0>::new(at);
     let (low, high) = (at.x_f - at.x_0, at.x_f + at.x_0);
@@ -248,11 +246,11 @@ pub(super) fn fundamental(at: &Point, guess: f64, count: &mut u64) -> Option<(Fu
     let inside = |x: f64| x.clamp(low + margin, high - margin);
     let mut map = |x: f64| {
         let half = half(&plain, Dual::constant(x));
-        // A half cycle that does not end was followed as far as any.
+        // A half cycle that does not end counts as the maximum number of slides.
         *count += half.as_ref().map_or(MOST_SLIDES, |h| h.slides) as u64;
         half.map(|h| -h.end.value)
     };
-    // X = -end(X), by secant steps from one turn of the map.
+    // X = -end(X), by secant steps from one iteration of the map.
     let mut x0 = inside(if guess > 0.0 { guess } else { at.x_0 });
     let mut g0 = map(x0)? - x0;
     let mut x = inside(x0 + g0);

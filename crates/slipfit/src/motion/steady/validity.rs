@@ -1,25 +1,24 @@
-//! The limits the paper states, and the error actually made.
+//! The limits stated by the paper, and the actual errors.
 
 use super::{HarmonicDrive, Method, SolutionMethod, SteadyState, leading, lorentzian, solve};
 use crate::error::Error;
 use crate::model::oscillator::Oscillator;
 use std::f64::consts::PI;
 
-/// Whether the approximations of Vitorino, Vieira and Rodrigues may be used, and what
-/// they cost here.
+/// Whether the approximations of Vitorino, Vieira and Rodrigues may be used, and their errors in this case.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Validity {
-    /// `4F/(pi k A)` with `A` the exact amplitude; the paper wants it below 1.
+    /// `4F/(pi k A)` with `A` the exact amplitude; the paper requires it to be below 1.
     pub sliding_ratio: f64,
-    /// `Q`; the paper wants it above 2.
+    /// `Q`; the paper requires it to be above 2.
     pub q_factor: f64,
-    /// Phase of the fundamental behind the turn, rad, exact; the paper takes it as zero.
+    /// Exact phase lag of the fundamental relative to the turning point, rad; the paper takes it as zero.
     pub fundamental_phase: f64,
     /// The exact method that holds.
     pub method: SolutionMethod,
-    /// Stops in a cycle of the exact motion.
+    /// Number of stops per cycle of the exact motion.
     pub stops: usize,
-    /// Exact amplitude, at the turns.
+    /// Exact amplitude, at the turning points.
     pub amplitude: f64,
     /// Relative error of the amplitude by eq. (8).
     pub leading_error: f64,
@@ -42,8 +41,8 @@ impl Validity {
 
 /// Checks the limits stated in the paper against the exact motion.
 ///
-/// Where the mass never moves the amplitude is zero and the relative errors are infinite
-/// or, where an approximation also gives zero, zero.
+/// If the mass never moves, the amplitude is zero and the relative errors are infinite, or zero for approximations
+/// that also give zero.
 ///
 /// # Errors
 /// As [`solve`].
