@@ -1,49 +1,50 @@
-//! Every threshold that decides how the clock of a record is read.
+//! Thresholds that decide how the clock of a record is interpreted.
 
 use crate::inference::criteria::criteria;
 
 criteria! {
-    /// The thresholds by which a record is put in order of time.
+    /// Thresholds for putting a record in order of time.
     pub struct ClockCriteria in "clock" {
-        /// Median steps up to which a step back is disorder, above which the clock begins anew.
+        /// Largest backward step, in median steps, that counts as disorder; a larger one begins a new run.
         disorder_steps: f64 = 10.0, source "far beyond jitter and far below the length of a run", moves "runs told apart, rows left out";
-        /// Rows within which disorder is over.
+        /// Number of rows within which disorder must end.
         disorder_rows: usize = 8, source "packets that come late are over within some rows", moves "runs told apart, refusals";
-        /// Part of all steps that go back from which on rows may be in no order at all.
+        /// Share of backward steps above which the rows may be shuffled.
         shuffled_share: f64 = 0.25, source "half of the steps of shuffled rows go back", moves "refusals";
-        /// Part of stamps that repeat the one before above which a clock may be a rounded one, or one of bursts.
+        /// Share of repeated stamps above which a clock may be rounded or consist of bursts.
         repeated_share: f64 = 0.05, source "few stamps repeat where a clock resolves its steps", moves "clocks rebuilt";
-        /// Significant digits up to which a clock counts as coarsely written.
+        /// Number of significant digits up to which a clock counts as coarsely written.
         rounded_digits: usize = 7, source "single precision", moves "clocks rebuilt";
-        /// Part of a step up to which jitter beyond the rounding is given up with it.
+        /// Part of a step up to which jitter beyond the rounding is discarded when the clock is rebuilt.
         rounded_jitter: f64 = 0.1, source "far below what repeated stamps resolve", moves "clocks rebuilt";
-        /// Part of the rounding up to which the even clock behind rounded stamps may be off besides.
+        /// Part of the rounding by which the uniform clock behind rounded stamps may be off in addition.
         rounded_line: f64 = 0.1, source "the error of the line through them", moves "clocks rebuilt";
-        /// Bursts that make a clock.
+        /// Minimum number of bursts for a clock of bursts.
         bursts: usize = 4, source "fewer show no rule", moves "clocks rebuilt";
-        /// Part of the samples of bursts that repeat the stamp before.
+        /// Minimum share of the samples of bursts that repeat the previous stamp.
         burst_repeated: f64 = 0.5, source "two samples a burst", moves "clocks rebuilt";
-        /// Part of the bursts that have the usual length.
+        /// Minimum share of the bursts that have the usual length.
         burst_steady: f64 = 0.8, source "one burst in five may be cut or lost", moves "clocks rebuilt";
-        /// What of its length the number of samples of such a burst may differ.
+        /// Relative deviation up to which a burst has the usual length.
         burst_length: f64 = 0.1, source "a sample in ten more or less", moves "clocks rebuilt";
-        /// Part of a burst by which a stamp may lie off an even clock.
+        /// Part of a burst by which a stamp may deviate from a uniform clock.
         burst_off: f64 = 0.25, source "delivery may be late by part of a burst", moves "clocks rebuilt";
-        /// Times the usual length of a burst from which on samples are missing before it.
+        /// Duration of a burst over the usual one above which samples before it are missing.
         burst_lost: f64 = 1.5, source "half a burst", moves "times behind lost samples";
-        /// Usual steps over the place where a counter begins again, at least.
+        /// Minimum step across the restart of a counter, in usual steps.
         wrap_least_steps: f64 = 0.3, source "jitter of a microcontroller", moves "runs told apart";
-        /// The same at most.
+        /// Maximum step across the restart of a counter, in usual steps.
         wrap_most_steps: f64 = 2.5, source "one sample may be lost there", moves "runs told apart";
-        /// Usual steps below which the first stamp of a run is zero.
+        /// Usual steps below which the first stamp of a run counts as zero.
         zero_steps: f64 = 1.5, source "half a step beside the first sample", moves "runs told apart";
-        /// Part of the steps that lie near the usual one in a regular clock.
+        /// Minimum share of the steps that are close to the usual one in a regular clock.
         regular_share: f64 = 0.8, source "most of the steps", moves "gaps reported";
-        /// Relative difference from the usual step up to which a step lies near it.
+        /// Relative deviation from the usual step up to which a step is close to it.
         regular_spread: f64 = 0.2, source "jitter of a timer", moves "gaps reported";
-        /// Usual steps of a regular clock from which on samples are missing.
+        /// Step of a regular clock, in usual steps, above which samples are missing.
         regular_gap: f64 = 1.5, source "half a sample", moves "gaps reported";
-        /// Usual steps, of all and of its neighbours, from which on samples of another clock are missing.
+        /// Step of an irregular clock, in usual steps of the record and of its neighbours, above which samples are
+        /// missing.
         irregular_gap: f64 = 10.0, source "far beyond the scatter of such a clock", moves "gaps reported";
     }
 }

@@ -1,28 +1,28 @@
-//! What is seen of an oscillation without any fit.
+//! Properties of an oscillation that are found without any fit.
 
 use super::Record;
 use crate::numeric::robust::median;
 
-/// Samples looked at.
+/// Maximum number of samples examined.
 const MOST_SAMPLES: usize = 1 << 18;
-/// Part of the largest excursion that a swing must pass on both sides of the middle, so that noise
-/// and the digits of a converter are none.
+/// Part of the largest excursion that a swing must exceed on both sides of the middle, so that noise and the steps of
+/// a converter do not count.
 const DEAD_BAND: f64 = 0.1;
 
 /// The swings of a record about its middle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Swings {
-    /// Changes from one side of the middle to the other.
+    /// Number of changes from one side of the middle to the other.
     pub crossings: usize,
-    /// Median time between two crossings to the same side (s), where there are two.
+    /// Median time between two crossings to the same side (s), if there are two.
     pub period_s: Option<f64>,
 }
 
 impl Record {
-    /// Counts the swings about the median that go beyond a tenth of the largest. Of a record of more than
-    /// 2¹⁸ samples only so many are looked at, from 2¹⁵ before the one farthest from the mean on, or the
-    /// last ones where fewer follow.
+    /// Counts the swings about the median that exceed a tenth of the largest. For a record of more than 2¹⁸ samples
+    /// only that many are examined, starting 2¹⁵ before the sample farthest from the mean, or the last ones if fewer
+    /// follow.
     ///
     /// ```
     /// use slipfit::Record;

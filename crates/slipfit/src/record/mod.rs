@@ -1,4 +1,4 @@
-//! A measured record: when, how much, and what kind of signal.
+//! A measured record: times, samples, and the kind of signal.
 
 mod averaging;
 mod bursts;
@@ -20,7 +20,7 @@ pub use glance::Swings;
 use crate::Error;
 use crate::model::displacement::derivative;
 
-/// What the numbers of a record are.
+/// The quantity that the samples of a record represent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[non_exhaustive]
 pub enum SignalKind {
@@ -38,14 +38,14 @@ pub enum SignalKind {
 }
 
 impl SignalKind {
-    /// Whether the samples swing with the motion; those of [`SignalKind::Envelope`] and
-    /// [`SignalKind::LockIn`] follow its amplitude.
+    /// Whether the samples oscillate with the motion; those of [`SignalKind::Envelope`] and [`SignalKind::LockIn`]
+    /// follow its amplitude.
     #[must_use]
     pub fn oscillates(self) -> bool {
         !matches!(self, SignalKind::Envelope | SignalKind::LockIn)
     }
 
-    /// The unit of the displacement behind samples in this unit: `mm` of a velocity in `mm/s`.
+    /// The unit of displacement for samples in this unit: `mm` for a velocity in `mm/s`.
     ///
     /// ```
     /// use slipfit::SignalKind;
@@ -57,7 +57,7 @@ impl SignalKind {
         self.integrated(unit).1
     }
 
-    /// How often a length in this unit is divided by `omega` for one of the displacement, and the unit of that.
+    /// Power of `omega` by which a length in this unit is divided to give a displacement, and the unit of that.
     fn integrated(self, unit: &str) -> (i32, String) {
         let (order, ends): (u8, &[&str]) = match self {
             SignalKind::Velocity => (1, &["/s"]),
@@ -75,26 +75,23 @@ impl SignalKind {
 
 /// Samples of one oscillating quantity with their times.
 ///
-/// Every constructor cleans the clock and says in the [`ClockReport`] what it
-/// found:
+/// Every constructor cleans the clock and reports in the [`ClockReport`] what it found:
 ///
-/// - rows whose time or signal is not finite are left out and counted;
-/// - a row out of order by a little is put in its place; a stamp that is
-///   plainly corrupt (one row, far from both neighbours) takes its row with it;
-/// - a counter that begins again at zero while the motion goes on, after 2¹⁶, 2²⁴ or 2³² of its units or a second, a
-///   minute, an hour or a day, is counted on where the step over that place is the usual one;
-/// - where the clock jumps back for good another run begins: the run with most
-///   rows is kept, or the one that [`Record::of_run`] names;
-/// - repeated stamps stay, except where the clock is uniform and only *written*
-///   with too few digits: then the uniform clock is rebuilt;
-/// - gaps and irregular steps stay as they are.
+/// - rows with a non-finite time or signal are dropped and counted;
+/// - a row slightly out of order is moved to its place; a clearly corrupt stamp (one row, far from both neighbours)
+///   is dropped with its row;
+/// - a counter that restarts at zero while the motion goes on, after 2¹⁶, 2²⁴ or 2³² of its units or a second, a
+///   minute, an hour or a day, is continued if the step across the restart is the usual one;
+/// - where the clock jumps back permanently, another run begins: the run with most rows is kept, or the one that
+///   [`Record::of_run`] names;
+/// - repeated stamps are kept, unless the clock is uniform and only *written* with too few digits: then the uniform
+///   clock is rebuilt;
+/// - gaps and irregular steps are kept.
 ///
-/// Sampling may be irregular. A clock is stored as uniform only when every
-/// stamp agrees with it to 1e-9 of a step (or to the rounding of the stamps
-/// themselves), so that no jitter is hidden.
+/// Sampling may be irregular. A clock is stored as uniform only if every stamp agrees with it to 1e-9 of a step (or
+/// to the rounding of the stamps themselves), so that no jitter is hidden.
 ///
-/// Times are in seconds and never decrease; the signal keeps the unit it is
-/// given, see [`Record::with_unit`].
+/// Times are in seconds and never decrease; the signal keeps its given unit, see [`Record::with_unit`].
 ///
 /// ```
 /// use slipfit::Record;
@@ -119,21 +116,21 @@ pub struct Record {
 }
 
 impl Record {
-    /// A record from stamps (s) and samples, cleaned as said at [`Record`].
+    /// A record from stamps (s) and samples, cleaned as described for [`Record`].
     ///
     /// # Errors
     /// - [`Error::Length`] if the two differ in length
     /// - [`Error::TooFewSamples`] if fewer than [`MIN_SAMPLES`] remain
     /// - [`Error::ConstantSignal`] if all samples are equal
-    /// - [`Error::TimeOutOfOrder`] if more stamps go backwards than forwards, or the rows are in no order
+    /// - [`Error::TimeOutOfOrder`] if more stamps go backwards than forwards, or the rows are shuffled
     /// - [`Error::TimeStandsStill`] if all stamps are equal
     pub fn new(time_s: Vec<f64>, signal: Vec<f64>) -> Result<Self, Error> {
         Self::from_stamps(time_s, signal, None, None)
     }
 
-    /// One of several runs that stand one after the other, from 1, each with a clock of its own; otherwise as
-    /// [`Record::new`] or, with a quadrature, [`Record::lock_in`], which keep the longest.
-    /// [`ClockReport::resets`] is one less than there are runs.
+    /// One of several consecutive runs, counted from 1, each with its own clock; otherwise as [`Record::new`] or,
+    /// with a quadrature, [`Record::lock_in`], which keep the longest. [`ClockReport::resets`] is one less than the
+    /// number of runs.
     ///
     /// ```
     /// use slipfit::{Error, Record};
@@ -149,7 +146,7 @@ impl Record {
     /// ```
     ///
     /// # Errors
-    /// [`Error::NoSuchRun`] if there is none of this number; otherwise as [`Record::new`].
+    /// [`Error::NoSuchRun`] if there is no run with this number; otherwise as [`Record::new`].
     pub fn of_run(
         run: usize,
         time_s: Vec<f64>,
@@ -161,8 +158,8 @@ impl Record {
 
     /// A record sampled at a constant rate (Hz), starting at 0 s.
     ///
-    /// Samples that are not finite keep their place in time but are left out;
-    /// only where they stand inside the record does it become one of stamps.
+    /// Non-finite samples keep their place in time but are dropped; only if they lie inside the record does it become
+    /// one with stamps.
     ///
     /// # Errors
     /// [`Error::Parameter`] if the rate is not positive and finite; otherwise
@@ -174,7 +171,7 @@ impl Record {
     /// The two outputs of a lock-in amplifier, in phase and in quadrature.
     ///
     /// # Errors
-    /// As [`Record::new`]; a row is left out where either output is not finite.
+    /// As [`Record::new`]; a row is dropped if either output is not finite.
     pub fn lock_in(time_s: Vec<f64>, in_phase: Vec<f64>, quadrature: Vec<f64>) -> Result<Self, Error> {
         Self::from_stamps(time_s, in_phase, Some(quadrature), None)
     }
@@ -187,22 +184,22 @@ impl Record {
         Self::from_rate(rate_hz, in_phase, Some(quadrature))
     }
 
-    /// Says what the samples are.
+    /// Sets the kind of the samples.
     #[must_use]
     pub fn with_kind(mut self, kind: SignalKind) -> Self {
         self.kind = kind;
         self
     }
 
-    /// Names the unit of the samples, `"rad"`, `"mm"`, `"V"`; empty if unknown.
+    /// Sets the unit of the samples, e.g. `"rad"`, `"mm"`, `"V"`; empty if unknown.
     #[must_use]
     pub fn with_unit(mut self, unit: impl Into<String>) -> Self {
         self.unit = unit.into();
         self
     }
 
-    /// Says that the samples went through a lossy compression, as of MP3 or AAC, which leaves out what is weak beside
-    /// the loudest, which ends a decay early as friction does. Friction found in such a record has a
+    /// Marks the samples as lossily compressed, as by MP3 or AAC. Such compression omits what is weak compared with
+    /// the loudest signal and so ends a decay early, as friction does. Friction found in such a record has a
     /// [warning](crate::answer::Warning::LossyCompression).
     ///
     /// ```
@@ -217,9 +214,9 @@ impl Record {
         self
     }
 
-    /// Says that the samples are the acceleration across a pendulum, of a sensor that turns with it and reads gravity as
-    /// well: of `r θ'' + g sin θ` the part `1 - r/L` of `g sin θ` is left, so that amplitudes are not those of the swing.
-    /// The answer has a [warning](crate::answer::Warning::TurningGravity).
+    /// Marks the samples as the transverse acceleration of a pendulum, from a sensor that turns with it and therefore
+    /// also reads gravity: of `r θ'' + g sin θ` only the part `1 - r/L` of `g sin θ` remains, so that amplitudes are
+    /// not those of the swing. The answer has a [warning](crate::answer::Warning::TurningGravity).
     ///
     /// ```
     /// let signal = (0..100).map(|i| (0.3 * f64::from(i)).cos()).collect();
@@ -283,7 +280,7 @@ impl Record {
         self.quadrature.as_deref()
     }
 
-    /// What the samples are.
+    /// The kind of the samples.
     #[must_use]
     pub fn kind(&self) -> SignalKind {
         self.kind
@@ -295,7 +292,8 @@ impl Record {
         &self.unit
     }
 
-    /// Unit of the displacements of the motion: of a velocity or an acceleration whose unit says so that unit times s or s².
+    /// Unit of the displacements of the motion: for a velocity or an acceleration whose unit is a time derivative,
+    /// that unit times s or s².
     ///
     /// ```
     /// use slipfit::{Record, SignalKind};
@@ -309,30 +307,30 @@ impl Record {
         self.integrated().1
     }
 
-    /// How often a length of the signal is divided by `omega` for one of the displacement, and the unit of that.
+    /// Power of `omega` by which a length of the signal is divided to give a displacement, and the unit of that.
     pub(crate) fn integrated(&self) -> (i32, String) {
         self.kind.integrated(&self.unit)
     }
 
-    /// Whether the samples went through a lossy compression, see [`Record::with_lossy_compression`].
+    /// Whether the samples were lossily compressed, see [`Record::with_lossy_compression`].
     #[must_use]
     pub fn is_lossily_compressed(&self) -> bool {
         self.lossy
     }
 
-    /// Whether gravity is in the samples and turns with the motion, see [`Record::with_turning_gravity`].
+    /// Whether the samples contain gravity that turns with the motion, see [`Record::with_turning_gravity`].
     #[must_use]
     pub fn has_turning_gravity(&self) -> bool {
         self.turning_gravity
     }
 
-    /// When the samples were taken.
+    /// The times at which the samples were taken.
     #[must_use]
     pub fn clock(&self) -> &Clock {
         &self.clock
     }
 
-    /// What the clock was like before and after cleaning.
+    /// State of the clock before cleaning, and the corrections made.
     #[must_use]
     pub fn clock_report(&self) -> &ClockReport {
         &self.report
@@ -353,7 +351,7 @@ impl Record {
         clean::drop_nonfinite(&mut rows, &mut report);
         clean::check_signal(&rows)?;
         let clock = clean::clock(&mut rows, &mut report, run)?;
-        // Again: the run that was kept may be short or constant.
+        // Checked again, because the run that was kept may be short or constant.
         clean::check_signal(&rows)?;
         Ok(Self::assemble(clock, rows, report))
     }

@@ -3,21 +3,21 @@
 use super::Clock;
 use super::criteria::ClockCriteria;
 
-/// A uniform clock and how far the stamps are from it.
+/// A uniform clock and the deviation of the stamps from it.
 pub(super) struct Rebuilt {
     pub(super) clock: Clock,
     /// Coarsest rounding (s).
     pub(super) quantum_s: f64,
-    /// Greatest distance of a stamp beyond half its rounding (s).
+    /// Largest deviation of a stamp beyond half its rounding (s).
     pub(super) excess_s: f64,
-    /// Half of the width of the rates with which all stamps agree, over the rate.
+    /// Half width of the range of rates compatible with all stamps, over the rate.
     pub(super) rate_error: f64,
 }
 
-/// How a stamp was shortened.
+/// How a stamp was rounded.
 #[derive(Clone, Copy)]
 enum Shortening {
-    /// To a fixed number of digits behind the decimal point.
+    /// To a fixed number of decimals.
     Fixed(i32),
     /// To a number of significant digits, so that the step grows with time.
     Significant(i32),
@@ -29,7 +29,7 @@ impl Shortening {
         match self {
             Self::Fixed(decimals) => 10f64.powi(-decimals),
             Self::Significant(digits) => {
-                // A double has no decade beyond these; a stamp and a step of zero have none at all.
+                // A double has no decade beyond these; for a stamp and step of zero the decade is undefined.
                 let decade = time_s.abs().max(step_s).log10().floor().clamp(-400.0, 400.0) as i32;
                 10f64.powi(decade + 1 - digits)
             }
@@ -37,8 +37,7 @@ impl Shortening {
     }
 }
 
-/// The uniform clock behind stamps of which many repeat, if one exists within
-/// the rounding of every stamp.
+/// The uniform clock behind stamps many of which repeat, if one exists within the rounding of every stamp.
 pub(super) fn rebuild(time_s: &[f64], c: &ClockCriteria) -> Option<Rebuilt> {
     let (digits, decimals) = written(time_s, c.rounded_digits)?;
     [Shortening::Fixed(decimals), Shortening::Significant(digits)]
@@ -47,7 +46,8 @@ pub(super) fn rebuild(time_s: &[f64], c: &ClockCriteria) -> Option<Rebuilt> {
         .find_map(|(shortening, shift)| fit(time_s, shortening, shift, c))
 }
 
-/// Most significant digits, where there are no more than so many, and most decimals among the stamps.
+/// Largest number of significant digits (`None` if above `most_digits`) and largest number of decimals among the
+/// stamps.
 fn written(time_s: &[f64], most_digits: usize) -> Option<(i32, i32)> {
     let (mut digits, mut decimals) = (1, i32::MIN);
     let mut previous = f64::NAN;
@@ -56,7 +56,7 @@ fn written(time_s: &[f64], most_digits: usize) -> Option<(i32, i32)> {
             continue;
         }
         previous = t;
-        // The shortest decimal that reads back as t is how the file wrote it.
+        // The file contains the shortest decimal that reads back as t.
         let text = format!("{t:e}");
         let (mantissa, exponent) = text.split_once('e')?;
         let count = mantissa.bytes().filter(u8::is_ascii_digit).count() as i32;
@@ -115,8 +115,8 @@ fn fit(time_s: &[f64], shortening: Shortening, shift: f64, c: &ClockCriteria) ->
     Some(Rebuilt { clock, quantum_s: coarsest_s, excess_s, rate_error })
 }
 
-/// How far the interval may be off, over it: every two stamps, each off by `half` at the most, bound it. Of long
-/// records those at the beginning are taken with those at the end, which bound it closest.
+/// Uncertainty of the interval over the interval: any two stamps, each off by at most `half`, bound it. For long
+/// records the stamps at the beginning are combined with those at the end, which give the tightest bounds.
 fn rate_error(time_s: &[f64], interval_s: f64, half: impl Fn(f64) -> f64) -> f64 {
     const MOST: usize = 512;
     let taken = MOST.min(time_s.len() / 2);

@@ -273,7 +273,8 @@ fn the_rate_of_a_rebuilt_clock_is_known_as_far_as_its_stamps_say() {
         let Clock::Uniform { interval_s, .. } = *record.clock() else { panic!("{dt}") };
         let error = record.clock_report().rebuilt_rate_error;
         assert!((interval_s / dt - 1.0).abs() <= error, "{dt}: {interval_s} {error}");
-        // A third of a second from the first to the last stamp, each of which is off by up to one.
+        // The first and last stamps are a third of a second apart in total error, each being off by up to one
+        // quantum.
         assert!(error * 420.0 * dt < 0.33, "{dt}: {error}");
     }
 }
@@ -301,7 +302,7 @@ fn a_counter_that_begins_again_is_counted_on() {
             assert!((record.duration_s() - 2999.0 * dt).abs() < 1e-5, "{}", record.duration_s());
         }
     }
-    // An int of 16 bits goes on at its most negative.
+    // A 16-bit integer continues at its most negative value.
     let stamp = |i: i32| f64::from((i * 20 + 32768).rem_euclid(65536) - 32768) / 1e3;
     let record = Record::new((0..4000).map(stamp).collect(), ring(4000)).unwrap();
     assert_eq!((record.clock_report().wraps, record.clock_report().resets), (1, 0));
@@ -316,7 +317,7 @@ fn runs_of_a_round_length_from_zero_are_no_counter() {
         let record = Record::new(time, ring(6000)).unwrap();
         assert_eq!((record.len(), record.clock_report().wraps, record.clock_report().resets), (3000, 0, 1));
     }
-    // Nor are runs that take up a clock elsewhere.
+    // Nor are runs whose clocks start at another time.
     let time: Vec<f64> = (2000..2900).chain(0..600).map(|i| f64::from(i) * 0.02).collect();
     assert_eq!(Record::new(time, ring(1500)).unwrap().clock_report().wraps, 0);
 }
@@ -331,7 +332,7 @@ fn a_run_behind_one_whose_counter_began_again_has_a_clock_of_its_own() {
     assert_eq!((report.wraps, report.resets, record.len()), (1, 1, 1500));
 }
 
-/// Of a permutation as many steps go back as forth: whether one is refused may not hang on which are more.
+/// In a permutation as many steps go back as forward: whether it is refused must not depend on which are more.
 #[test]
 fn mixed_rows_are_refused_and_rows_near_their_place_are_put_there() {
     let n = 400;
@@ -343,7 +344,7 @@ fn mixed_rows_are_refused_and_rows_near_their_place_are_put_there() {
         let found = Record::new(times, signal);
         assert!(matches!(found, Err(Error::TimeOutOfOrder { forward: 1.., .. })), "{seed}: {found:?}");
     }
-    // Pairs the wrong way round, behind a row in its place.
+    // Swapped pairs, after a row in its place.
     let swapped: Vec<usize> =
         (0..n).map(|i| if i % 2 == 1 { i + 1 } else { i.saturating_sub(1) }).map(|i| i.min(n - 1)).collect();
     let times = swapped.iter().map(|i| 0.1 * *i as f64).collect();

@@ -1,25 +1,25 @@
-//! Counters that begin again at zero while the motion goes on.
+//! Counters that restart at zero while the motion goes on.
 
 use super::criteria::ClockCriteria;
 
-/// Two to these powers is where the counters of microcontrollers begin again, in these units (s).
+/// Powers of two at which the counters of microcontrollers restart, in these units (s).
 const COUNTERS: [i32; 3] = [16, 24, 32];
 const UNITS_S: [f64; 4] = [1e-9, 1e-6, 1e-3, 1.0];
-/// Clocks of a second, a minute, an hour, half a day and a day (s).
+/// Clocks that restart after a second, a minute, an hour, half a day or a day (s).
 const CLOCKS_S: [f64; 5] = [1.0, 60.0, 3600.0, 43200.0, 86400.0];
 
-/// What was joined.
+/// The restarts that were joined.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Wraps {
     pub(super) count: usize,
     pub(super) period_s: f64,
 }
 
-/// A length after which a clock begins again.
+/// A period after which a clock restarts.
 #[derive(Debug, Clone, Copy)]
 struct Period {
     length_s: f64,
-    /// Whether no run would be as long by chance.
+    /// Whether no run would have this length by chance.
     is_certain: bool,
 }
 
@@ -34,21 +34,21 @@ impl Period {
         clocks.chain(UNITS_S.into_iter().flat_map(counter))
     }
 
-    /// Whether a clock that begins again after it goes from `before` to `after` in about one step, where the run began
-    /// at `start`.
+    /// Whether a clock with this period goes from `before` to `after` in about one step, for a run that began at
+    /// `start`.
     fn fits(self, start: f64, [before, after]: [f64; 2], step_s: f64, c: &ClockCriteria) -> bool {
         let half = 0.5 * self.length_s;
         let unsigned = after >= 0.0 && before <= self.length_s;
         let signed = after >= -half && before < half;
         let over = (after + self.length_s - before) / step_s;
-        // Runs of just this length, each from zero on, look the same.
+        // Separate runs of exactly this length, each starting at zero, look the same.
         let zero = 0.0..c.zero_steps * step_s;
         let is_run = !self.is_certain && zero.contains(&start) && zero.contains(&after);
         (unsigned || signed) && (c.wrap_least_steps..c.wrap_most_steps).contains(&over) && !is_run
     }
 }
 
-/// Moves on the stamps behind each place where a counter begins again; `step_s` is the usual step.
+/// Shifts the stamps after each restart of a counter; `step_s` is the usual step.
 pub(super) fn join(time_s: &mut [f64], step_s: f64, c: &ClockCriteria) -> Option<Wraps> {
     let far = |i: &usize| time_s[i - 1] - time_s[*i] > c.disorder_steps * step_s;
     let stays = |i: &usize| time_s.get(i + 1).is_none_or(|next| *next < time_s[i - 1]);

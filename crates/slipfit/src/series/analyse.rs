@@ -1,4 +1,4 @@
-//! The analysis of a series: each measurement alone, compared, and together.
+//! The analysis of a series: each measurement alone, comparison, and joint fit.
 
 use super::answer::{Answer, ConditionRow, Consistency, Estimate};
 use super::comparison::{Difference, Pair};
@@ -15,42 +15,43 @@ use crate::answer::{Parameter, Warning};
 use crate::{Error, Quantity};
 use std::f64::consts::TAU;
 
-/// Analyses each measurement alone, compares the ways at each condition as Table 1 of
-/// Vitorino, Vieira and Rodrigues does, and fits everything jointly.
+/// Analyses each measurement alone, compares the two methods at each condition as in Table 1 of Vitorino, Vieira and
+/// Rodrigues, and fits all measurements jointly.
 ///
-/// For the table every ring-down and curve is described by viscous damping and sliding
-/// friction, limits lifted, so that estimates of no friction scatter about zero. Two ways
-/// are compared by the difference of `(delta, x_F)` with both covariances:
+/// For the table every ring-down and curve is described by viscous damping and sliding friction without the limits at
+/// zero, so that estimates without friction scatter about zero. The two methods are compared by the difference `d` of
+/// `(delta, x_F)` with both covariances:
 ///
 /// ```text
 /// chi² = d' (C_1 + C_2)⁻¹ d     with two degrees of freedom
 /// ```
 ///
-/// Drag is one rate of all measurements, estimated from them together as far as they agree on it; values and covariances are
-/// averages over the model without it and that with it, p values those of each model averaged by the same weight. What is
-/// not known of it is an error that all measurements share. A model that the options of a measurement name is taken as it is.
+/// Drag is one rate common to all measurements, estimated from them together as far as they agree on it. Values and
+/// covariances are averages over the models without and with drag; p values are those of each model, averaged with
+/// the same weights. The uncertainty of the drag rate is an error shared by all measurements. A model named in the
+/// options of a measurement is used as it is.
 ///
-/// Repeats of one way at one condition may scatter more than their errors say: by how much is estimated from all of
-/// them together, as in a random-effects meta-analysis (REML), and counts in every covariance above. In the mean of one
-/// condition what the two ways differ by counts as well. Intervals have Student's factor of the repeats there are.
+/// Repeats by one method at one condition may scatter more than their errors: the excess scatter is estimated from
+/// all of them together, as in a random-effects meta-analysis (REML), and is included in every covariance above. In
+/// the mean of one condition the difference between the two methods is included as well. Intervals use Student's
+/// factor for the number of repeats.
 ///
-/// The joint fit is the generalised least squares of all answers with the parameters said
-/// to be shared ([`Options::shared`]); damping and friction of one condition always are. Where chi square exceeds its
-/// degrees of freedom its errors grow by the root of their ratio (R. T. Birge, Phys. Rev. 40, 207, 1932).
+/// The joint fit is a generalised least-squares fit to all answers with the parameters declared as shared
+/// ([`Options::shared`]); damping and friction of one condition always are. If chi square exceeds its degrees of
+/// freedom, the errors are scaled by the root of their ratio (R. T. Birge, Phys. Rev. 40, 207, 1932).
 ///
-/// Limits: answers enter by value and covariance, not by their samples; an answer close to a
-/// limit enters by its unbounded estimate. A common calibration takes no part in the
-/// comparison, since both ways share it; values in newtons, and what follows from them, have its error beside their own.
+/// Limits: answers enter by value and covariance, not by their samples; an answer close to a limit enters by its
+/// unbounded estimate. A common calibration does not affect the comparison, since both methods share it; values in
+/// newtons, and quantities derived from them, include its error in addition to their own.
 ///
 /// # Errors
-/// [`Error::TooFewSamples`] without measurements; [`Error::Parameter`] for a scale not above
-/// zero; [`Error::NoFit`] where not one measurement could be analysed. One that fails beside
-/// others that do not is in [`Answer::singles`] with its error.
+/// [`Error::TooFewSamples`] without measurements; [`Error::Parameter`] for a scale not above zero; [`Error::NoFit`]
+/// if no measurement could be analysed. If only some fail, their errors are in [`Answer::singles`].
 pub fn analyse(measurements: &[Measurement], options: &Options) -> Result<Answer, Error> {
     analyse_with(measurements, options, &Criteria::default())
 }
 
-/// [`analyse`] with thresholds of your own.
+/// [`analyse`] with custom thresholds.
 ///
 /// # Errors
 /// As [`analyse`].
@@ -95,7 +96,8 @@ pub fn analyse_with(
         }
     }
     let grouping = Grouping { measurements, labels: &labels };
-    // Repeats of one way say how they scatter; what the ways differ by is a question of its own, but counts in their mean.
+    // The scatter is estimated from repeats by one method; the difference between the methods is treated separately,
+    // but is included in their mean.
     let [ring_downs, resonances, all] =
         [Some(true), Some(false), None].map(|ring_down| grouping.repeats(&solved, ring_down));
     let of_repeats = Scatter::of(ring_downs.iter().chain(&resonances));
@@ -168,14 +170,14 @@ pub fn analyse_with(
     })
 }
 
-/// Which condition each measurement belongs to.
+/// Assignment of the measurements to conditions.
 struct Grouping<'a> {
     measurements: &'a [Measurement],
     labels: &'a [&'a Condition],
 }
 
 impl Grouping<'_> {
-    /// The measurements of each condition, by one way or both.
+    /// The measurements of each condition, by one method or both.
     fn repeats<'a>(&self, solved: &'a [SolvedMeasurement], ring_down: Option<bool>) -> Vec<Repeats<'a>> {
         let here = |condition: &&Condition| {
             let list = solved
@@ -188,20 +190,20 @@ impl Grouping<'_> {
     }
 }
 
-/// What was found at one condition.
+/// Results at one condition.
 struct Row {
     ring_down: Option<Mean>,
     resonance: Option<Mean>,
-    /// Both by each model, with its weight.
+    /// Both methods for each model, with the weight of the model.
     pairs: Vec<(f64, Option<Pair>)>,
     joint: Option<Mean>,
-    /// Frequency, Hz, where there are measurements.
+    /// Frequency, Hz, if there are measurements.
     hz: f64,
     measurements: usize,
 }
 
 impl Row {
-    /// A figure of both ways, averaged over the models.
+    /// A statistic of both methods, averaged over the models.
     fn averaged(&self, figure: impl Fn(&Pair) -> Option<f64>) -> Option<f64> {
         self.pairs.iter().map(|(weight, pair)| Some(weight * figure(pair.as_ref()?)?)).sum()
     }
@@ -227,7 +229,7 @@ impl Row {
     }
 }
 
-/// As a person reads it: within the limits, in newtons where a calibration is given, whose error counts.
+/// The estimate as reported: within the limits, and in newtons if a calibration is given, whose error is included.
 fn cell(mean: &Mean, hz: f64, options: &Options, calibration: Option<Calibration>) -> Estimate {
     let limited = |k: usize, unit: &str| {
         let (value, [std_error, wide]) = (mean.value[k], mean.errors(k));
@@ -252,16 +254,17 @@ fn cell(mean: &Mean, hz: f64, options: &Options, calibration: Option<Calibration
         Estimate { friction, damping, correlation }
     };
     let (own, all) = (of(calibration.exact()), of(calibration));
-    // The error of the constant moves both alike.
+    // The error of the constant affects both equally.
     let common = own.friction.value * own.damping.value * calibration.relative_error().powi(2);
     let covariance = correlation * own.friction.std_error * own.damping.std_error + common;
     let size = all.friction.std_error * all.damping.std_error;
     Estimate { correlation: if size > 0.0 { covariance / size } else { correlation }, ..all }
 }
 
-/// Friction against the conditions that are numbers, where they may be loads.
+/// Laws of friction against the numeric conditions, if these may be loads.
 ///
-/// All points share the calibration, whose error says nothing of how they lie: it counts in what comes out.
+/// All points share the calibration, so its error does not affect the choice of the law: it is included in the
+/// results.
 fn laws(
     labels: &[&Condition],
     rows: &[Row],
@@ -295,7 +298,7 @@ fn laws(
         measurements += row.measurements as f64;
         unit = friction.unit;
     }
-    // One load tells no law from another.
+    // A single load cannot distinguish the laws.
     if points.iter().all(|p: &LoadPoint| p.load == points[0].load) {
         return Vec::new();
     }
@@ -308,7 +311,7 @@ fn laws(
     laws
 }
 
-/// Whether a unit is one of force or of a mass that weighs; without a unit anything may be.
+/// Whether a unit is one of force or of a mass used as a weight; without a unit any quantity is possible.
 fn may_be_load(unit: &str) -> bool {
     const LOADS: [&str; 9] = ["N", "g", "dyn", "gf", "pond", "lb", "lbf", "oz", "kgf"];
     const PREFIXES: [&str; 11] = ["p", "n", "µ", "μ", "u", "m", "c", "d", "k", "M", "G"];
@@ -393,7 +396,7 @@ mod tests {
         assert!((mu.coefficient.value - 0.02).abs() < 0.002, "{:?}", mu.coefficient);
     }
 
-    /// At the limit of friction, values with the limits lifted go with errors with the limits lifted.
+    /// At the limit of friction, values without limits must be combined with errors without limits.
     #[test]
     fn without_friction_the_joint_damping_is_held() {
         let delta = std::f64::consts::TAU / 80.0;
@@ -402,12 +405,12 @@ mod tests {
             let [low, high] = row.joint.unwrap().damping.interval_95;
             (low..=high).contains(&delta)
         });
-        // Of 60 at 95 % fewer than 51 are one run in 200.
+        // Of 60 at 95 %, fewer than 51 occur in one run in 200.
         let held = held.count();
         assert!(held >= 51, "{held} of 60");
     }
 
-    /// A stiffness known to 5 % leaves no force, and no coefficient of friction, that is known better.
+    /// With a stiffness known to 5 %, no force and no coefficient of friction can be known better.
     #[test]
     fn forces_count_the_error_of_the_stiffness() {
         let mut all = Vec::new();
@@ -433,7 +436,7 @@ mod tests {
                     assert!(unsure.interval_95[1] - unsure.value >= 1.9 * expected, "{unsure:?}");
                 }
             }
-            // Both ways share the stiffness: whether they agree does not hang on it.
+            // Both methods share the stiffness: their agreement does not depend on it.
             assert_eq!(exact.p_value, unsure.p_value);
         }
         for (exact, unsure) in exact.laws.iter().zip(&unsure.laws) {
@@ -443,7 +446,8 @@ mod tests {
         }
     }
 
-    /// Drag that a ring-down may have or not counts as far as it is probable; drag that it is said to have is in its answer.
+    /// Drag that a ring-down may or may not have counts according to its probability; drag named in its options is
+    /// part of its answer.
     #[test]
     fn a_ring_down_of_a_series_counts_drag_as_far_as_it_is_probable() {
         let Data::RingDown { record, .. } = both("a", 1.0, 0.05, 3).remove(0).data else { unreachable!() };
@@ -472,8 +476,8 @@ mod tests {
         );
     }
 
-    /// Two measurements whose friction scatters by three times its error beside damping that correlates with it as in
-    /// a ring-down: intervals of their mean held friction in 79 %.
+    /// Two measurements whose friction scatters by three times its error, with damping correlated with it as in a
+    /// ring-down: earlier, intervals of their mean covered friction in 79 %.
     #[test]
     fn the_mean_of_a_few_that_scatter_is_held() {
         const RUNS: u64 = 2000;
@@ -500,7 +504,7 @@ mod tests {
         assert!(held > RUNS * 88 / 100, "{held} of {RUNS}");
     }
 
-    /// Two ring-downs that exclude each other leave no sure ring-down for a resonance to disagree with.
+    /// Two ring-downs that exclude each other give no precise value with which a resonance could disagree.
     #[test]
     fn ring_downs_that_scatter_are_less_sure() {
         let mut all = both("a", 1.0, 0.05, 3);
@@ -525,7 +529,7 @@ mod tests {
             (a.warnings.iter().any(|w| w.code() == "negative_load"), a.laws.is_empty())
         };
         assert_eq!(named("N"), (true, false));
-        // A temperature, or a number of anything.
+        // A temperature, or a number of unknown kind.
         assert_eq!(named("\u{b0}C"), (false, true));
         assert_eq!(named(""), (false, true));
     }
@@ -564,7 +568,7 @@ mod tests {
         let codes: Vec<_> = a.warnings.iter().map(Warning::code).collect();
         assert!(codes.contains(&"failed"), "{codes:?}");
         assert!(codes.contains(&"disagree"), "{codes:?}");
-        // Friction of 0.05 and 0.01: what is between them must not look sure.
+        // Friction of 0.05 and 0.01: the value between them must have a large error.
         let [ring_down, sweep, joint] = [&a.table[0].ring_down, &a.table[0].resonance, &a.table[0].joint]
             .map(|cell| &cell.as_ref().unwrap().friction);
         let sure = ring_down.std_error.min(sweep.std_error);

@@ -4,7 +4,7 @@ use super::law::LawFit;
 use crate::answer::{Parameter, Parameters, Warning};
 use crate::{Error, Quantity, levels, resonance, ringdown};
 
-/// One measurement alone.
+/// The answer for a single measurement.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum SingleAnswer {
@@ -26,17 +26,17 @@ impl SingleAnswer {
         }
     }
 
-    /// Correlation of two losses, limits lifted.
+    /// Correlation of two losses, without limits.
     pub(super) fn correlation(&self, a: Parameter, b: Parameter) -> Option<f64> {
         match self {
             SingleAnswer::RingDown(answer) => answer.correlation(a, b),
             SingleAnswer::Sweep(answer) => answer.correlation(a, b),
-            // They have viscous damping and sliding friction alone.
+            // Levels have viscous damping and sliding friction only.
             SingleAnswer::Levels(answer) => Some(answer.loss_correlation),
         }
     }
 
-    /// Standard error of a loss, limits lifted, of the fit that has the correlations.
+    /// Standard error of a loss, without limits, from the fit that has the correlations.
     pub(super) fn own_error(&self, parameter: Parameter) -> Option<f64> {
         match self {
             SingleAnswer::Sweep(answer) => answer.error_given_terms(parameter),
@@ -46,7 +46,7 @@ impl SingleAnswer {
     }
 }
 
-/// Estimate of friction and damping by one kind of experiment.
+/// Estimate of friction and damping by one method.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -66,7 +66,7 @@ pub struct Estimate {
 pub struct Consistency {
     /// Difference over its standard error.
     pub z: f64,
-    /// Two-sided p value of it.
+    /// Two-sided p value.
     pub p_value: f64,
 }
 
@@ -89,13 +89,13 @@ pub struct ConditionRow {
     pub ring_down: Option<Estimate>,
     /// By resonance (sweeps and levels together).
     pub resonance: Option<Estimate>,
-    /// Do the frictions agree?
+    /// Agreement of the friction of both methods.
     #[cfg_attr(feature = "serde", serde(rename = "friction_agreement"))]
     pub friction: Option<Consistency>,
-    /// Do the dampings agree?
+    /// Agreement of the damping of both methods.
     #[cfg_attr(feature = "serde", serde(rename = "damping_agreement"))]
     pub damping: Option<Consistency>,
-    /// p value of both together, their correlations counted.
+    /// p value of both together, including their correlations.
     pub p_value: Option<f64>,
     /// All measurements of this condition fitted jointly.
     pub joint: Option<Estimate>,
@@ -106,21 +106,21 @@ pub struct ConditionRow {
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Joint {
-    /// Natural frequency, Hz, where shared.
+    /// Natural frequency, Hz, if shared.
     pub natural_frequency_hz: Option<Quantity>,
-    /// Drive amplitude where shared.
+    /// Drive amplitude, if shared.
     pub drive_amplitude: Option<Quantity>,
-    /// Decay rate where shared, 1/s.
+    /// Decay rate, 1/s, if shared.
     pub decay_rate_per_s: Option<Quantity>,
     /// Chi square of the single answers about the joint ones.
     pub chi_square: f64,
     /// Its degrees of freedom.
     pub degrees_of_freedom: usize,
-    /// p value of it: small means that they do not share what they were said to.
+    /// Its p value: a small value means that the measurements do not share the parameters declared as shared.
     pub p_value: f64,
 }
 
-/// How repeats at one condition scatter beyond their errors.
+/// Scatter of repeats at one condition beyond their errors.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -129,11 +129,11 @@ pub struct RepeatScatter {
     pub friction: f64,
     /// Standard deviation of damping over its value.
     pub damping: f64,
-    /// Measurements beyond the first of each condition, which tell it.
+    /// Number of measurements beyond the first of each condition, from which the scatter is estimated.
     pub repeats: usize,
 }
 
-/// Everything [`analyse`](super::analyse) found out.
+/// The complete result of [`analyse`](super::analyse).
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Answer {
@@ -141,22 +141,22 @@ pub struct Answer {
     pub singles: Vec<(String, Result<SingleAnswer, Error>)>,
     /// The paper's Table 1 for these data.
     pub table: Vec<ConditionRow>,
-    /// p value that ring-down and resonance agree at every condition.
+    /// p value of the agreement of ring-down and resonance at every condition.
     pub agreement_p_value: Option<f64>,
-    /// Whether they agree by it.
+    /// Whether they agree according to this p value.
     pub agrees: Option<bool>,
-    /// How repeats scatter, which counts in the errors; `None` without repeats, or where their errors explain it.
+    /// Scatter of repeats, which is included in the errors; `None` without repeats, or if their errors explain it.
     pub scatter: Option<RepeatScatter>,
-    /// Everything fitted jointly.
+    /// The joint fit.
     pub joint: Option<Joint>,
-    /// Friction against load, laws compared, best first; empty without numeric conditions.
+    /// Laws of friction against load, compared, best first; empty without numeric conditions.
     pub laws: Vec<LawFit>,
-    /// What limits the answer.
+    /// Limitations of the answer.
     pub warnings: Vec<Warning>,
 }
 
 impl Answer {
-    /// Whether sliding friction is seen at any condition.
+    /// Whether sliding friction is detected at any condition.
     pub fn has_friction(&self) -> bool {
         self.table.iter().filter_map(|r| r.joint.as_ref()).any(|c| c.friction.interval_95[0] > 0.0)
     }

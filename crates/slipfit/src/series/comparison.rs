@@ -1,4 +1,4 @@
-//! Ring-down and resonance at one condition, compared.
+//! Comparison of ring-down and resonance at one condition.
 
 use super::answer::Consistency;
 use super::scatter::Mean;
@@ -34,7 +34,7 @@ pub(super) struct Pair {
 }
 
 impl Pair {
-    /// The two ways, damping and friction together, their correlations counted.
+    /// Difference of the two methods in damping and friction together, including their correlations.
     pub(super) fn difference(&self) -> Option<Difference> {
         let (a, b) = (&self.ring_down, &self.resonance);
         let d = a.value - b.value;
@@ -44,7 +44,7 @@ impl Pair {
         Some(Difference { chi_square, compared: 2.0, freedom })
     }
 
-    /// Damping or friction alone.
+    /// Agreement of damping or friction alone.
     pub(super) fn consistency(&self, k: usize) -> Consistency {
         let (a, b) = (&self.ring_down, &self.resonance);
         let z = (a.value[k] - b.value[k]) / a.covariance_from(b)[(k, k)].sqrt();

@@ -1,4 +1,4 @@
-//! Drag that all measurements of a series share: each alone may hide what all of them show.
+//! Drag shared by all measurements of a series: together they may show what each alone cannot.
 
 use super::answer::SingleAnswer;
 use super::criteria::Criteria;
@@ -8,19 +8,19 @@ use super::solved::SolvedMeasurement;
 use crate::answer::Parameter;
 use nalgebra::Vector2;
 
-/// What a measurement says without drag, and beside it.
+/// Results of a measurement without drag, and with it.
 pub(super) struct Candidates {
     pub(super) without: SolvedMeasurement,
     pub(super) beside: Option<BesideDrag>,
 }
 
-/// Damping and friction beside a drag, limits lifted.
+/// Damping and friction of the model with drag, without limits.
 pub(super) struct BesideDrag {
     pub(super) solved: SolvedMeasurement,
     /// Drag rate in the common unit.
     rate: f64,
     std_error: f64,
-    /// By how much damping and friction rise with it.
+    /// Change of damping and friction per change of the drag rate.
     slope: Vector2<f64>,
 }
 
@@ -47,16 +47,16 @@ impl BesideDrag {
     }
 }
 
-/// The drag rate of all measurements together.
+/// The drag rate estimated from all measurements together.
 struct Pooled {
     rate: f64,
     std_error: f64,
-    /// Variance from one measurement to another.
+    /// Variance between measurements.
     between: f64,
 }
 
 impl Pooled {
-    /// As a random-effects meta-analysis does (REML).
+    /// Estimated as in a random-effects meta-analysis (REML).
     fn of(all: &[&BesideDrag]) -> Self {
         let with = |deviation: f64| {
             let between = deviation * deviation;
@@ -72,22 +72,23 @@ impl Pooled {
     }
 }
 
-/// What measurements say of viscous damping and sliding friction, drag weighed.
+/// Viscous damping and sliding friction of the measurements, averaged over models with and without drag.
 pub(super) struct Weighed {
     pub(super) averaged: Vec<SolvedMeasurement>,
-    /// Without drag and beside it, with their weights.
+    /// The models without and with drag, with their weights.
     pub(super) models: Vec<(f64, Vec<SolvedMeasurement>)>,
 }
 
 impl Weighed {
-    /// The measurements, each averaged over the model without drag and that with it, by one weight for all
-    /// (Buckland et al. 1997, Biometrics 53, 603).
+    /// The measurements, each averaged over the models without and with drag, with one weight for all (Buckland et
+    /// al. 1997, Biometrics 53, 603).
     ///
-    /// A body in one medium has one drag, so that its rate is estimated from all measurements together, and what is not known
-    /// of it moves all of them alike. Where the rates scatter from one to another, each has its own as far as they do.
+    /// A body in one medium has one drag, so that its rate is estimated from all measurements together, and its
+    /// uncertainty affects all of them alike. If the rates scatter between measurements, each keeps its own to that
+    /// extent.
     ///
-    /// Minus twice the logarithm of the likelihood falls by about the square of the significance; a drag below zero, which
-    /// none is, speaks against one as much.
+    /// Minus twice the logarithm of the likelihood falls by about the square of the significance; a negative drag,
+    /// which is unphysical, counts against the model with drag by the same amount.
     pub(super) fn new(all: Vec<Candidates>, criteria: &Criteria) -> Self {
         let known: Vec<&BesideDrag> = all.iter().filter_map(|c| c.beside.as_ref()).collect();
         let pooled = if known.is_empty() { None } else { Some(Pooled::of(&known)) };
@@ -109,7 +110,7 @@ impl Weighed {
 }
 
 impl BesideDrag {
-    /// With the drag rate of all measurements, as far as that is its own.
+    /// The result for the common drag rate, as far as the measurement follows it.
     fn given_rate(&self, pooled: &Pooled, without: &SolvedMeasurement) -> SolvedMeasurement {
         let variance = self.std_error * self.std_error;
         let gives_way = variance / (variance + pooled.between);
@@ -117,7 +118,8 @@ impl BesideDrag {
         let given = self.solved.covariance - self.slope * self.slope.transpose() * (variance * gives_way);
         SolvedMeasurement {
             value: self.solved.value + slope * (pooled.rate - self.rate),
-            // Correlations of an answer need not fit together; without drag the errors are about those given it.
+            // Correlations of an answer need not be consistent; the errors without drag are close to those for a
+            // given drag.
             covariance: if given.cholesky().is_some() { given } else { without.covariance },
             shared: slope * pooled.std_error,
             ..self.solved.clone()
@@ -125,7 +127,7 @@ impl BesideDrag {
     }
 }
 
-/// The mean of a measurement without drag and beside one of such a significance, by the weight of the latter.
+/// The average of a measurement without drag and with a drag of this significance, with this weight of the latter.
 fn mean(
     without: &SolvedMeasurement,
     beside: &SolvedMeasurement,
@@ -133,7 +135,8 @@ fn mean(
     significance: f64,
 ) -> SolvedMeasurement {
     let apart = beside.value - without.value;
-    // Whether there is drag moves all measurements by the shared rate, and what is left each by itself.
+    // The choice of model moves all measurements through the shared rate, and the rest of the difference moves each
+    // independently.
     let own = apart - beside.shared * significance;
     let shared = weight * (1.0 + (1.0 - weight) * significance * significance);
     SolvedMeasurement {
@@ -171,7 +174,7 @@ mod tests {
         Measurement { name: label.clone(), condition: Condition { label, value: None }, data, scale: 1.0 }
     }
 
-    /// A ring-down from 1 with drag, at the beginning a part of the viscous loss.
+    /// A ring-down from amplitude 1 whose drag is initially a given part of the viscous loss.
     fn ring_down(load: usize, part: f64, seed: usize) -> Data {
         let oscillator = Oscillator::kinematic(TAU * HZ, DELTA, friction(load)).expect("valid");
         // dA/dt = -(4/3π) c ω A² for an acceleration c v².
@@ -195,7 +198,7 @@ mod tests {
         let x_0 = 2.0 * 1.5 * DELTA / omega_0 + friction(4) / FRAC_PI_4;
         let omega: Vec<f64> = (0..101).map(|i| omega_0 + 6.0 * DELTA * (f64::from(i) / 50.0 - 1.0)).collect();
         let response = |omega: f64| {
-            // Drag is a viscous loss in proportion to the speed.
+            // Drag acts as a viscous loss proportional to the speed.
             let at = |amplitude: f64| {
                 let delta = DELTA * (1.0 + part * amplitude * omega / omega_0);
                 let point = Point { omega, omega_0, detuning: omega - omega_0, delta, x_0, x_f };
@@ -224,8 +227,8 @@ mod tests {
         }
     }
 
-    /// A tenth of the viscous loss moves the decay rate by five of its errors, and no ring-down shows it alone. What is not
-    /// known of it is the same in all of them: the decay rate of all is no surer for it.
+    /// Drag of a tenth of the viscous loss shifts the decay rate by five of its errors, and no ring-down shows it
+    /// alone. Its uncertainty is common to all of them, so that averaging does not reduce it in the decay rate.
     #[test]
     fn drag_that_all_ring_downs_show_together_is_counted() {
         const SERIES: usize = 8;
@@ -244,15 +247,15 @@ mod tests {
                 let together = answer.joint.expect("several").decay_rate_per_s.expect("shared");
                 held_together += holds(together.interval_95);
             }
-            // Of 40 at 95 % fewer than 33 are one run in ten thousand.
+            // Of 40 at 95 %, fewer than 33 occur in one run in ten thousand.
             assert!(held >= 33, "{part}: {held} of {}", 5 * SERIES);
         }
-        // Of 24 fewer than 19 are one in two hundred.
+        // Of 24, fewer than 19 occur in one run in two hundred.
         assert!(held_together >= 19, "{held_together} of {}", 3 * SERIES);
     }
 
-    /// Curves without drag in their model held the decay rate in none of the cases; a background or a delay that passes for
-    /// drag does so still in a quarter.
+    /// Models of curves without drag covered the decay rate in none of the cases; a background or a delay mistaken
+    /// for drag still covers it in a quarter.
     #[test]
     fn drag_counts_in_sweeps_as_well() {
         const SERIES: usize = 8;
@@ -264,7 +267,7 @@ mod tests {
             let intervals = rows.into_iter().map(|row| row.resonance.expect("solved").damping.interval_95);
             held += intervals.filter(|[low, high]| (*low..=*high).contains(&DELTA)).count();
         }
-        // Of 40 at 75 % fewer than 22 are one run in four hundred.
+        // Of 40 at 75 %, fewer than 22 occur in one run in four hundred.
         assert!(held >= 22, "{held} of {}", 5 * SERIES);
     }
 }

@@ -1,4 +1,4 @@
-//! Generalised least squares of all measurements, with what is shared.
+//! Generalised least-squares fit of all measurements with shared parameters.
 
 use super::answer::Joint;
 use super::likelihood::hartung_knapp_factor;
@@ -11,18 +11,18 @@ use crate::model::loss::LossModel;
 use crate::{Quantity, resonance};
 use nalgebra::{DMatrix, DVector, Vector2};
 
-/// A friction-free curve behind several sweeps, and the drive amplitude it tells by itself.
+/// A friction-free reference curve of several sweeps, and the drive amplitude that it determines by itself.
 pub(super) struct Reference {
     value: f64,
     std_error: f64,
     sweeps: usize,
 }
 
-/// The references that more than one sweep relies on.
+/// The references used by more than one sweep.
 ///
-/// A sweep with a reference says `C⁻¹ = S + h h'/σ_r²`, what its own shape tells and what the
-/// reference tells of the drive amplitude `h`; of `m` sweeps with one reference `m - 1` of its
-/// contributions are taken off again.
+/// A sweep with a reference has `C⁻¹ = S + h h'/σ_r²`: the information from its own shape, and that from the
+/// reference about the drive amplitude `h`. For `m` sweeps with one reference, `m - 1` of the contributions of the
+/// reference are subtracted.
 pub(super) fn references(solved: &[SolvedMeasurement], measurements: &[Measurement]) -> Vec<Reference> {
     let mut seen: Vec<(&resonance::Curve, f64, Vec<&SolvedMeasurement>)> = Vec::new();
     for s in solved.iter().filter(|s| s.drive.is_some()) {
@@ -39,7 +39,8 @@ pub(super) fn references(solved: &[SolvedMeasurement], measurements: &[Measureme
         let viscous = resonance::Options { model: Some(LossModel::VISCOUS), ..resonance::Options::default() };
         let answer = resonance::analyse(curve, &viscous).ok()?;
         let drive = answer.parameter(Parameter::DriveAmplitude)?;
-        // No sweep knows less than its reference; where it says so, their noise was judged differently.
+        // A sweep cannot have a larger error of the drive amplitude than its reference; if it does, their noise was
+        // estimated differently.
         let widest = sweeps.iter().filter_map(|s| s.drive).map(|d| d.0[1]).fold(0.0, f64::max);
         let own = answer.error_given_terms(Parameter::DriveAmplitude)?;
         let std_error = (own * scale).max(widest);
@@ -49,8 +50,8 @@ pub(super) fn references(solved: &[SolvedMeasurement], measurements: &[Measureme
     shared.filter_map(alone).collect()
 }
 
-/// Generalised least squares of all measurements solved alone; intervals are at least `least_spread` times as wide as those
-/// of the normal.
+/// Generalised least-squares fit of all measurements analysed alone; intervals are at least `least_spread` times as
+/// wide as normal ones.
 pub(super) fn joint(
     solved: &[SolvedMeasurement],
     references: &[Reference],
@@ -70,11 +71,11 @@ pub(super) fn joint(
     let with_frequency = shared.natural_frequency && solved.iter().any(|s| s.measured_frequency().is_some());
     let drive_at = frequency_at + usize::from(with_frequency);
     let with_drive = shared.drive_amplitude && solved.iter().any(|s| s.drive.is_some());
-    // And what moves all measurements together, 0 ± 1.
+    // And the common disturbance of all measurements, 0 ± 1.
     let together = drive_at + usize::from(with_drive);
     let with_shared = solved.iter().any(|s| s.shared != Vector2::zeros());
     let unknowns = together + usize::from(with_shared);
-    // Relative to first values, so that hertz and metres share a matrix.
+    // Relative to typical values, so that hertz and metres can share a matrix.
     let scale = |k: usize| -> f64 {
         let typical =
             |v: &mut dyn Iterator<Item = f64>| v.map(f64::abs).fold(0.0, f64::max).max(f64::MIN_POSITIVE);
@@ -122,7 +123,7 @@ pub(super) fn joint(
         if with_frequency && let Some([v, std]) = s.measured_frequency() {
             grow(frequency_at, v - centre, std, [0.0; 2], &mut covariance);
         }
-        // Three pairwise correlations taken from rounded answers need not fit together.
+        // Three pairwise correlations from rounded answers need not be consistent.
         let inverse = covariance.clone().cholesky().map(|c| c.inverse()).or_else(|| {
             let m = covariance.nrows();
             let bare =
@@ -157,13 +158,13 @@ pub(super) fn joint(
         normal[(together, together)] += 1.0;
         observations += 1;
     }
-    // Every sweep brought its reference along: each counts once.
+    // Every sweep includes its reference: each reference must count once.
     for reference in references.iter().filter(|_| with_drive) {
         let again = (reference.sweeps - 1) as f64 / reference.std_error.powi(2);
         normal[(drive_at, drive_at)] -= again * scales[drive_at].powi(2);
         rhs[drive_at] -= again * reference.value * scales[drive_at];
         total -= again * reference.value.powi(2);
-        // What the shapes say, and the reference.
+        // The information of the shapes, and the reference.
         observations += 1;
     }
     let cholesky = normal.clone().cholesky()?;
@@ -201,7 +202,7 @@ mod tests {
     use crate::motion::steady::{Phasor, scan};
     use crate::noise::jitter;
 
-    /// Five loads, one curve without friction for all: its noise must not be averaged away.
+    /// Five loads with one friction-free curve for all: its noise must not be averaged away.
     #[test]
     fn one_reference_of_many_sweeps_counts_once() {
         const SEEDS: u64 = 60;
@@ -242,7 +243,7 @@ mod tests {
             square += ((drive.value - 0.3) / drive.std_error).powi(2);
         }
         let pull = (square / SEEDS as f64).sqrt();
-        // Itself uncertain by 9 %.
+        // Its own uncertainty is 9 %.
         assert!((pull - 1.0).abs() < 0.25, "{pull}");
     }
 }

@@ -52,7 +52,7 @@ pub struct LawFit {
     pub law: LoadLaw,
     /// `mu`, or the factor of the power law.
     pub coefficient: Quantity,
-    /// `F_0`, or `N_0`; `None` for laws without.
+    /// `F_0`, or `N_0`; `None` for laws without an offset.
     pub offset: Option<Quantity>,
     /// Chi square.
     pub chi_square: f64,
@@ -62,9 +62,9 @@ pub struct LawFit {
     pub p_value: Option<f64>,
     /// Bayesian information criterion.
     pub bic: f64,
-    /// `bic` above the best law's.
+    /// `bic` minus that of the best law.
     pub delta_bic: f64,
-    /// Whether that excludes it.
+    /// Whether the law is excluded by it.
     pub excluded: bool,
 }
 
@@ -79,20 +79,19 @@ impl fmt::Display for LoadLaw {
     }
 }
 
-/// Fits and compares the laws, errors in both variables; best first.
+/// Fits and compares the laws with errors in both variables; best first.
 ///
-/// Each law is fitted with the effective variance `sigma_F² + (dF/dN)² sigma_N²`, repeated
-/// until it settles. Errors that are zero for all points count as equal and unknown; the
-/// spread about the law then gives them. Where the points scatter more than their errors say, a scatter common to
-/// all, the same at every load or in proportion to friction, is added in squares: for the errors by restricted maximum
-/// likelihood, in the BIC by maximum likelihood. Intervals are never narrower than those of Student's t from the
-/// spread about the law, since few points do not tell whether they scatter.
+/// Each law is fitted with the effective variance `sigma_F² + (dF/dN)² sigma_N²`, iterated to convergence. If the
+/// errors of all points are zero, they are taken as equal and unknown, and estimated from the spread about the law.
+/// If the points scatter more than their errors, a common scatter, constant or proportional to friction, is added in
+/// quadrature: by restricted maximum likelihood for the errors, by maximum likelihood for the BIC. Intervals are
+/// never narrower than those of Student's t from the spread about the law, since few points cannot show whether they
+/// scatter.
 ///
 /// `units` are those of load and friction.
 ///
 /// # Errors
-/// [`Error::TooFewSamples`] below two points; [`Error::PointOutOfRange`] for a load below
-/// zero, or a value that is not finite.
+/// [`Error::TooFewSamples`] below two points; [`Error::PointOutOfRange`] for a negative load or a non-finite value.
 ///
 /// ```
 /// use slipfit::series::{LoadLaw, LoadPoint, friction_against_load};
@@ -129,16 +128,16 @@ pub fn friction_against_load(points: &[LoadPoint], units: [&str; 2]) -> Result<V
     Ok(laws_of(points, units, &Replication::of_points(n), &Criteria::default()))
 }
 
-/// The measurements that the points and their errors come from.
+/// The measurements from which the points and their errors were estimated.
 pub(super) struct Replication {
-    /// Measurements.
+    /// Number of measurements.
     pub(super) measurements: f64,
-    /// Degrees of freedom that the variances of the points were estimated from, infinite where they are known.
+    /// Degrees of freedom of the estimated variances of the points; infinite if they are known.
     pub(super) freedom: f64,
-    /// Repeats at the same load, and their chi square with these errors.
+    /// Number of repeats at the same load, and their chi square with these errors.
     pub(super) repeats: f64,
     pub(super) left: f64,
-    /// What moves each point by one standard error together with all others, beside its own error.
+    /// Shift of each point by one standard error of the common disturbance, in addition to its own error.
     pub(super) shared: Vec<f64>,
 }
 
@@ -150,7 +149,7 @@ impl Replication {
     }
 }
 
-/// The laws that points above zero load allow, best first.
+/// The laws allowed by points with positive load, best first.
 pub(super) fn laws_of(
     points: &[LoadPoint],
     units: [&str; 2],
@@ -183,20 +182,20 @@ struct Form {
     columns: usize,
 }
 
-/// Points as a form needs them.
+/// Data prepared for one form.
 struct Data<'a> {
     form: Form,
     points: &'a [LoadPoint],
     replication: &'a Replication,
     /// Power of each load.
     loads: Vec<f64>,
-    /// Derivative of that by the load, times its standard error.
+    /// Derivative of that with respect to the load, times its standard error.
     load_errors: Vec<f64>,
-    /// No point has an error.
+    /// Whether no point has an error.
     unknown: bool,
 }
 
-/// Coefficients by least squares, the points scattered beyond their errors.
+/// Coefficients by least squares, with scatter of the points beyond their errors.
 struct Weighted {
     values: Vec<f64>,
     covariance: DMatrix<f64>,
@@ -206,24 +205,24 @@ struct Weighted {
 }
 
 impl Weighted {
-    /// Minus twice the logarithm of the likelihood, but for a constant.
+    /// Minus twice the log-likelihood, up to a constant.
     fn deviance(&self) -> f64 {
         self.chi_square + self.logarithms
     }
 
-    /// That of what is left of the data beside the coefficients (REML).
+    /// Minus twice the restricted log-likelihood (REML).
     fn restricted(&self) -> f64 {
         self.deviance() - self.covariance.determinant().ln()
     }
 }
 
-/// Rounds in which the effective variances follow the coefficients, at most.
+/// Maximum number of iterations in which the effective variances follow the coefficients.
 const ROUNDS: usize = 20;
-/// Relative change of the slope that ends them.
+/// Relative change of the slope that ends the iteration.
 const SETTLED: f64 = 1e-12;
 
 impl<'a> Data<'a> {
-    /// `None` where the points are fewer than the coefficients.
+    /// `None` if there are fewer points than coefficients.
     fn new(form: Form, points: &'a [LoadPoint], replication: &'a Replication) -> Option<Self> {
         let power = form.power;
         let by_load = |p: &LoadPoint| match p.load_std_error {
@@ -240,7 +239,7 @@ impl<'a> Data<'a> {
         })
     }
 
-    /// The coefficients with a scatter that is the same at every load, and one in proportion to the friction.
+    /// The coefficients for a given constant scatter and a given scatter proportional to friction.
     fn weighted(&self, [same, proportional]: [f64; 2]) -> Option<Weighted> {
         let columns = self.form.columns;
         let mut coefficients = vec![0.0; columns];
@@ -264,7 +263,7 @@ impl<'a> Data<'a> {
                 let row = if columns == 2 { row } else { [row[0], shared, 0.0] };
                 sums.add_row(&row[..=columns], p.friction, weight);
             }
-            // What is shared is one more unknown, 0 ± 1.
+            // The shared disturbance is one more unknown, 0 ± 1.
             let mut known = [0.0; 3];
             known[columns] = 1.0;
             sums.add_row(&known[..=columns], 0.0, 1.0);
@@ -280,7 +279,7 @@ impl<'a> Data<'a> {
         found
     }
 
-    /// The scatter of either kind at which a deviance is least, and that.
+    /// For each kind, the scatter that minimises a deviance, and the minimum.
     fn likeliest(&self, deviance: fn(&Weighted) -> f64) -> [(f64, f64); 2] {
         let most = self.points.iter().map(|p| p.friction.abs()).fold(0.0, f64::max);
         [[1.0, 0.0], [0.0, 1.0]].map(|shape| {
@@ -311,8 +310,8 @@ impl<'a> Data<'a> {
         })
     }
 
-    /// The coefficients for their errors, half width of an interval over that of the normal, and variance over that of
-    /// the weights.
+    /// The coefficients with their final errors, the half width of an interval over that of a normal one, and the
+    /// factor by which the variances exceed those of the weights.
     fn with_errors(&self, bare: Weighted, dof: usize) -> (Weighted, f64, f64) {
         if self.unknown {
             let reduced = bare.chi_square / (dof as f64).max(1.0);
@@ -325,8 +324,8 @@ impl<'a> Data<'a> {
         };
         let fitted = if dof > 0 { scattered() } else { None };
         let fit = fitted.as_ref().unwrap_or(&bare);
-        // Of few points the spread does not tell whether they scatter: with that of the repeats it widens in any case, and
-        // what they scatter more is known from the points alone (Satterthwaite).
+        // The spread of few points cannot show whether they scatter: combined with that of the repeats it widens the
+        // intervals in any case, and scatter beyond the repeats is estimated from the points alone (Satterthwaite).
         let all = dof as f64 + self.replication.repeats;
         let spread = hartung_knapp_factor((fit.chi_square + self.replication.left) / all, all);
         let share = |k: usize| 1.0 - bare.covariance[(k, k)] / fit.covariance[(k, k)];
@@ -335,7 +334,7 @@ impl<'a> Data<'a> {
         (fitted.unwrap_or(bare), spread.max(scattered).max(1.0), 1.0)
     }
 
-    /// The deviance with the likeliest scatter above that of the errors alone.
+    /// The deviance with the likeliest scatter minus that of the errors alone.
     fn deviance_above(&self, bare: &Weighted) -> f64 {
         let n = self.points.len() as f64;
         if self.unknown {
@@ -344,7 +343,7 @@ impl<'a> Data<'a> {
         let [same, proportional] = self.likeliest(Weighted::deviance);
         let deviance = (same.1.min(proportional.1) - bare.logarithms).max(0.0);
         let freedom = self.replication.freedom;
-        // Student's likelihood, of variances that are estimates.
+        // Student's likelihood, because the variances are estimates.
         if freedom.is_finite() { (freedom + n) * (deviance / freedom).ln_1p() } else { deviance }
     }
 }
@@ -354,7 +353,7 @@ struct FittedForm {
     power: f64,
     values: Vec<f64>,
     covariance: DMatrix<f64>,
-    /// Half width of an interval over that of the normal.
+    /// Half width of an interval over that of a normal one.
     widened: f64,
     chi_square: f64,
     dof: usize,
@@ -372,7 +371,7 @@ impl FittedForm {
         Quantity { interval_95: [value - half, value + half], ..Quantity::normal(value, std_error, unit) }
     }
 
-    /// The form as a law; `None` where it is none.
+    /// The form as a law; `None` if it is not a valid one.
     fn law(&self, law: LoadLaw, [load_unit, friction_unit]: [&str; 2]) -> Option<LawFit> {
         let ratio = match (load_unit, friction_unit) {
             (l, f) if l == f && self.power == 1.0 => String::new(),
@@ -400,13 +399,13 @@ impl FittedForm {
         })
     }
 
-    /// `N_0 = F_0/mu`; `None` where it would push: an adhesion pulls.
+    /// `N_0 = F_0/mu`; `None` if it is negative: adhesion must pull.
     fn pull_off_load(&self, unit: &str) -> Option<Quantity> {
         let [slope, n_0] = [self.values[0], self.values[1] / self.values[0]];
         let c = |i: usize, j: usize| self.covariance[(i, j)];
         let variance = (c(1, 1) - 2.0 * n_0 * c(0, 1) + n_0 * n_0 * c(0, 0)) / (slope * slope);
         let mut q = self.quantity(n_0, variance.max(0.0).sqrt(), unit.to_owned());
-        // Of a slope that may be zero it may lie anywhere.
+        // If the slope may be zero, the ratio is undetermined.
         if !(slope > Z_95 * self.widened * self.std_error(0)) || q.interval_95[1] < 0.0 {
             return None;
         }
@@ -417,12 +416,12 @@ impl FittedForm {
 }
 
 impl LawFit {
-    /// Number of loads it was fitted to.
+    /// Number of loads to which it was fitted.
     pub fn loads(&self) -> usize {
         self.degrees_of_freedom + 1 + usize::from(self.offset.is_some())
     }
 
-    /// With friction in a unit that is known to `relative` of itself.
+    /// Includes the relative error `relative` of the unit of friction.
     pub(super) fn times_uncertain(&mut self, relative: f64) {
         self.coefficient.add_error(relative * self.coefficient.value);
         // The pull-off load is a ratio of two frictions.
@@ -468,8 +467,8 @@ mod tests {
         assert!((l.offset.as_ref().unwrap().value - 0.5).abs() < 0.03);
     }
 
-    /// Three points tell little of a scatter that their errors do not count, and weights by those errors say too much of
-    /// eight: intervals held the slope in 86 and 88 %.
+    /// Three points hardly determine a scatter beyond their errors, and weights by those errors give too narrow
+    /// intervals for eight: earlier, intervals covered the slope in 86 and 88 %.
     #[test]
     fn the_slope_of_scattered_points_is_held() {
         let mut drawn = 0;
@@ -492,13 +491,13 @@ mod tests {
                 let [low, high] = amontons.coefficient.interval_95;
                 held += usize::from(low <= 0.2 && 0.2 <= high);
             }
-            // Of 95 % in 2000 runs one standard error is 0.5 %.
+            // At 95 % in 2000 runs one standard error is 0.5 %.
             assert!(held > RUNS * 92 / 100, "{}: {held} of {RUNS}", loads.len());
         }
     }
 
-    /// Friction in proportion to the load, five loads once each: the law through zero was excluded by 6 in a quarter of
-    /// the runs, for errors that do not count how friction scatters.
+    /// Friction proportional to the load, five loads once each: earlier, the law through zero was excluded by 6 in a
+    /// quarter of the runs, because the errors did not include the scatter of friction.
     #[test]
     fn scatter_beyond_the_errors_counts_in_the_choice_of_the_law() {
         const RUNS: u64 = 1000;
@@ -516,7 +515,7 @@ mod tests {
         assert!(excluded < 30, "{excluded} of {RUNS}");
     }
 
-    /// A pull-off load is a ratio: of a slope that may be zero it may be anything.
+    /// A pull-off load is a ratio: if the slope may be zero, it is undetermined.
     #[test]
     fn no_slope_has_no_pull_off_load() {
         let point = |(i, friction): (usize, f64)| LoadPoint {

@@ -1,22 +1,24 @@
-//! Hartung-Knapp factor, weights of two models by their likelihoods, and the minimum over a scatter.
+//! Hartung-Knapp factor, weights of two models from their likelihoods, and minimisation over a scatter.
 
 use crate::inference::evidence::student_factor;
 use crate::numeric::GOLDEN_SECTION;
 
-/// Half width of an interval over that of the normal, by the chi square of each of `freedom` degrees of freedom (G. Knapp and J. Hartung, Stat. Med. 22, 2693, 2003, never below one as C. Röver et al., BMC
-/// Med. Res. Methodol. 15, 99, 2015, advise).
+/// Half width of an interval over that of a normal one, from the reduced chi square with `freedom` degrees of freedom
+/// (G. Knapp and J. Hartung, Stat. Med. 22, 2693, 2003; never below one as C. Röver et al., BMC Med. Res. Methodol.
+/// 15, 99, 2015, advise).
 pub(super) fn hartung_knapp_factor(reduced: f64, freedom: f64) -> f64 {
     if freedom > 0.0 { (student_factor(freedom) * reduced.sqrt()).max(1.0) } else { 1.0 }
 }
 
-/// Weights of two models by minus twice the logarithms of their likelihoods.
+/// Weights of two models from minus twice their log-likelihoods.
 pub(super) fn weights([a, b]: [f64; 2]) -> [f64; 2] {
     let second = 1.0 / (1.0 + (0.5 * (b - a)).exp());
     let second = if second.is_finite() { second } else { 0.0 };
     [1.0 - second, second]
 }
 
-/// Where a function of a scatter from zero to `highest` is lowest, and how low: by halves, then by golden section.
+/// Position and value of the minimum of a function of a scatter from zero to `highest`: first by halving, then by
+/// golden section.
 pub(super) fn lowest(highest: f64, f: impl Fn(f64) -> f64) -> (f64, f64) {
     const HALVES: i32 = 20;
     const SECTIONS: usize = 24;

@@ -1,10 +1,10 @@
-//! What a series is made of.
+//! The input of a series.
 
 use crate::answer::calibration::Calibration;
 use crate::model::displacement::Coordinate;
 use crate::{Record, levels, resonance, ringdown};
 
-/// The data of one measurement with the choices for its analysis.
+/// The data of one measurement with the options of its analysis.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Data {
@@ -12,26 +12,26 @@ pub enum Data {
     RingDown {
         /// The record.
         record: Box<Record>,
-        /// Choices.
+        /// Options.
         options: Box<ringdown::Options>,
     },
     /// A resonance curve.
     Sweep {
         /// The curve.
         curve: Box<resonance::Curve>,
-        /// Choices.
+        /// Options.
         options: Box<resonance::Options>,
     },
     /// A series of drive levels at resonance.
     Levels {
         /// The levels.
         levels: Box<levels::Levels>,
-        /// Choices.
+        /// Options.
         options: Box<levels::Options>,
     },
 }
 
-/// What was set while measuring: a load, a brake current, a pressure.
+/// The quantity that was set during the measurement: a load, a brake current, a pressure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Condition {
     /// Label as it should be printed, e.g. `400 mA`.
@@ -49,7 +49,7 @@ pub struct Measurement {
     pub condition: Condition,
     /// Data.
     pub data: Data,
-    /// Factor that turns its displacement unit into the common one.
+    /// Factor that converts its displacement unit into the common one.
     pub scale: f64,
 }
 
@@ -66,8 +66,8 @@ pub struct Shared {
     pub decay_rate: bool,
 }
 
-/// Unit into which the displacements of a series are converted: m or rad where a constant turns
-/// them into forces, else the one asked for, else that of the first measurement.
+/// Unit into which the displacements of a series are converted: m or rad if a constant converts them into forces,
+/// otherwise the requested unit, otherwise that of the first measurement.
 #[must_use]
 pub fn common_unit(calibrated: Option<Coordinate>, asked: Option<&str>, first: &str) -> String {
     match (calibrated, asked) {
@@ -79,7 +79,7 @@ pub fn common_unit(calibrated: Option<Coordinate>, asked: Option<&str>, first: &
     .to_owned()
 }
 
-/// Choices for [`analyse`](super::analyse).
+/// Options of [`analyse`](super::analyse).
 #[derive(Debug, Clone, PartialEq, Default)]
 #[non_exhaustive]
 pub struct Options {

@@ -1,5 +1,5 @@
-//! Several measurements of one oscillator: each alone, all together, and whether
-//! the ways agree (the paper's Table 1); friction against load.
+//! Several measurements of one oscillator: each alone, all together, and the agreement of the methods (the paper's
+//! Table 1); friction against load.
 
 mod analyse;
 mod answer;

@@ -1,4 +1,4 @@
-//! Scatter of repeats beyond their errors, as a random-effects meta-analysis estimates it.
+//! Scatter of repeats beyond their errors, estimated as in a random-effects meta-analysis.
 
 use super::answer::RepeatScatter;
 use super::criteria::Criteria;
@@ -7,62 +7,62 @@ use super::solved::SolvedMeasurement;
 use crate::inference::evidence::{chi_square_tail, student_factor};
 use nalgebra::{Matrix2, Vector2};
 
-/// Measurements that should give one answer, and their arithmetic mean.
+/// Measurements with the same expected value, and their arithmetic mean.
 pub(super) struct Repeats<'a> {
     pub(super) list: Vec<&'a SolvedMeasurement>,
     pub(super) level: Vector2<f64>,
 }
 
-/// A mean of repeats, with the degrees of freedom that its errors were estimated from.
+/// A mean of repeats, with the degrees of freedom of its estimated errors.
 #[derive(Clone, Copy)]
 pub(super) struct Mean {
     pub(super) value: Vector2<f64>,
     pub(super) covariance: Matrix2<f64>,
-    /// What moves it by one standard error together with all other means, part of the covariance.
+    /// Shift by one standard error of the disturbance common to all means; it is part of the covariance.
     pub(super) shared: Vector2<f64>,
-    /// Of damping and friction; infinite where the errors of the measurements are all.
+    /// For damping and friction; infinite if the errors of the measurements explain everything.
     pub(super) freedom: [f64; 2],
-    /// Half width of an interval over that of the normal, at least.
+    /// Minimum of the half width of an interval over that of a normal one.
     spread: f64,
 }
 
 impl Mean {
-    /// Covariance of its difference from another mean, which moves with what both share.
+    /// Covariance of its difference from another mean; the common disturbance partly cancels.
     pub(super) fn covariance_from(&self, other: &Self) -> Matrix2<f64> {
         let both = self.shared * other.shared.transpose();
         self.covariance + other.covariance - both - both.transpose()
     }
 
-    /// Standard error of its own, without what is shared.
+    /// Standard error without the common disturbance.
     pub(super) fn own_error(&self, k: usize) -> f64 {
         (self.covariance[(k, k)] - self.shared[k].powi(2)).max(0.0).sqrt()
     }
 
-    /// Standard error of damping or friction, and what takes its place in an interval.
+    /// Standard error of damping or friction, and the value that replaces it in an interval.
     pub(super) fn errors(&self, k: usize) -> [f64; 2] {
         let std_error = self.covariance[(k, k)].sqrt();
         [std_error, std_error * student_factor(self.freedom[k]).max(self.spread)]
     }
 }
 
-/// Repeats put together.
+/// Combined repeats.
 struct Together {
     value: Vector2<f64>,
     covariance: Matrix2<f64>,
     shared: Vector2<f64>,
-    /// How they lie about their mean.
+    /// Chi square of the repeats about their mean.
     chi_square: f64,
-    /// Logarithm of the determinant of all covariances, and of that of the weight of the mean, which restricts the likelihood.
+    /// Log determinant of all covariances, plus that of the weight of the mean, which restricts the likelihood.
     logarithms: f64,
 }
 
-/// How damping and friction scatter from one repeat to another, whatever the condition.
+/// Scatter of damping and friction between repeats, common to all conditions.
 pub(super) struct Scatter {
-    /// The same for all, and in proportion to the values, each with its weight.
+    /// Constant scatter, and scatter proportional to the values, each with its weight.
     shapes: [(Shape, f64); 2],
-    /// Repeats beyond the first of each condition.
+    /// Number of repeats beyond the first of each condition.
     pub(super) freedom: f64,
-    /// Chi square of the repeats about their means, of one of the two quantities, this scatter counted.
+    /// Chi square per quantity of the repeats about their means, including this scatter.
     pub(super) left: f64,
 }
 
@@ -70,7 +70,7 @@ pub(super) struct Scatter {
 #[derive(Clone, Copy, Default)]
 struct Shape {
     deviation: [f64; 2],
-    /// Values that they are in proportion to, where they are.
+    /// Values for which these deviations hold, if they are proportional to the values.
     largest: Option<Vector2<f64>>,
 }
 
@@ -80,8 +80,9 @@ impl<'a> Repeats<'a> {
         Self { list, level }
     }
 
-    /// Their mean by their covariances, each with `more`, and by what they share: generalised least squares with that as a
-    /// further unknown, known to be 0 ± 1. `None` where double precision does not hold them.
+    /// Their mean, weighted by their covariances (each with `more` added) and including the common disturbance:
+    /// generalised least squares with the disturbance as a further unknown, 0 ± 1. `None` if double precision is not
+    /// sufficient.
     fn together(&self, more: &Matrix2<f64>) -> Option<Together> {
         let (mut weight, mut sum, mut logarithms) = (Matrix2::zeros(), Vector2::zeros(), 0.0);
         let (mut cross, mut own, mut moved) = (Vector2::zeros(), 1.0, 0.0);
@@ -96,7 +97,7 @@ impl<'a> Repeats<'a> {
             logarithms += covariance.determinant().ln();
         }
         let given = weight.try_inverse()?;
-        // Of the further unknown, the mean eliminated.
+        // Solution for the further unknown, with the mean eliminated.
         let precision = own - cross.dot(&(given * cross));
         let further = (moved - cross.dot(&(given * sum))) / precision;
         let value = given * (sum - cross * further);
@@ -113,7 +114,7 @@ impl<'a> Repeats<'a> {
         held.then_some(Together { value, covariance, shared, chi_square, logarithms })
     }
 
-    /// Their mean, the scatter of repeats counted, and Satterthwaite's degrees of freedom of its variances.
+    /// Their mean, including the scatter of repeats, and Satterthwaite's degrees of freedom of its variances.
     pub(super) fn mean(&self, scatter: &Scatter) -> Option<Mean> {
         let bare = self.together(&Matrix2::zeros())?;
         let Together { value, covariance, shared, .. } = self.together(&scatter.covariance(self.level))?;
@@ -126,7 +127,7 @@ impl<'a> Repeats<'a> {
 }
 
 impl Shape {
-    /// Deviations at a level over the largest ones.
+    /// Deviations at a level, relative to the largest ones.
     fn share(&self, level: Vector2<f64>) -> Vector2<f64> {
         self.largest.map_or(Vector2::repeat(1.0), |largest| level.abs().component_div(&largest))
     }
@@ -136,10 +137,10 @@ impl Shape {
         Matrix2::from_diagonal(&Vector2::from_fn(|k, _| (self.deviation[k] * share[k]).powi(2)))
     }
 
-    /// The likeliest deviations, and minus twice the logarithm of their restricted likelihood.
+    /// The likeliest deviations, and minus twice their restricted log-likelihood.
     fn likeliest(largest: Option<Vector2<f64>>, several: &[&Repeats<'_>]) -> (Self, f64) {
         let (mut shape, mut least) = (Self { largest, ..Self::default() }, f64::INFINITY);
-        // Damping and friction in turn, until neither gains.
+        // Damping and friction are optimised in turn until neither improves.
         for _ in 0..ROUNDS {
             let before = least;
             for k in [1, 0] {
@@ -168,7 +169,7 @@ impl Shape {
 }
 
 impl Scatter {
-    /// By restricted maximum likelihood from all repeats together, since those of one condition are few.
+    /// Estimated by restricted maximum likelihood from all repeats together, since there are few for each condition.
     pub(super) fn of<'a>(all: impl IntoIterator<Item = &'a Repeats<'a>>) -> Self {
         let all: Vec<&Repeats<'_>> = all.into_iter().filter(|r| !r.list.is_empty()).collect();
         let several: Vec<&Repeats<'_>> = all.iter().copied().filter(|r| r.list.len() > 1).collect();
@@ -186,12 +187,13 @@ impl Scatter {
         scatter
     }
 
-    /// Half width of an interval over that of the normal, at least.
+    /// Minimum of the half width of an interval over that of a normal one.
     pub(super) fn spread(&self) -> f64 {
         hartung_knapp_factor(self.left / self.freedom, self.freedom)
     }
 
-    /// It in parts of the values, where the errors alone do not explain how repeats lie about their means.
+    /// The scatter relative to the values, if the errors alone do not explain the spread of repeats about their
+    /// means.
     pub(super) fn relative(&self, all: &[Repeats<'_>], criteria: &Criteria) -> Option<RepeatScatter> {
         let chi_square: f64 =
             all.iter().filter_map(|r| Some(r.together(&Matrix2::zeros())?.chi_square)).sum();
@@ -206,17 +208,17 @@ impl Scatter {
         Some(RepeatScatter { friction, damping, repeats: self.freedom as usize })
     }
 
-    /// What it adds to the covariance of one measurement.
+    /// The contribution to the covariance of one measurement.
     pub(super) fn covariance(&self, level: Vector2<f64>) -> Matrix2<f64> {
         self.shapes.iter().map(|(shape, weight)| shape.covariance(level) * *weight).sum()
     }
 }
 
-/// Passes over both quantities at most.
+/// Maximum number of passes over both quantities.
 const ROUNDS: usize = 8;
-/// Gain in twice the logarithm of the likelihood that is none.
+/// Gain in twice the log-likelihood below which the iteration ends.
 const SETTLED: f64 = 1e-3;
-/// Largest scatter tried, over the largest deviation.
+/// Largest scatter tried, relative to the largest deviation.
 const SEVERAL: f64 = 4.0;
 
 #[cfg(test)]
@@ -238,8 +240,8 @@ mod tests {
         }
     }
 
-    /// Five loads three times, friction scattered by 5 % beside errors that correlate as those of ring-downs: damping, which
-    /// does not scatter, had errors eight times those that it had, and friction twice.
+    /// Five loads three times each; friction scatters by 5 %, with errors correlated as in ring-downs. Earlier, the
+    /// errors of damping, which does not scatter, were eight times too large, and those of friction twice.
     #[test]
     fn what_scatters_is_less_sure_and_nothing_else() {
         const RUNS: u64 = 300;
@@ -288,7 +290,7 @@ mod tests {
         }
     }
 
-    /// Where there is no scatter the errors are those of the mean alone.
+    /// Without scatter the errors are those of the mean alone.
     #[test]
     fn repeats_that_agree_have_the_error_of_their_mean() {
         let covariance = Matrix2::new(1.0, -0.9, -0.9, 1.0);

@@ -5,14 +5,14 @@ use super::answer::SingleAnswer;
 use crate::model::loss::{LossModel, LossTerm};
 use crate::{Error, levels, resonance, ringdown};
 
-/// What a measurement says of viscous damping and sliding friction, beside what else it has.
+/// Viscous damping and sliding friction of a measurement, with its other terms.
 pub(super) struct Compared {
     pub(super) without_drag: SingleAnswer,
-    /// The same beside drag, where it may have it or not.
+    /// The same with drag, if it may or may not have it.
     pub(super) beside_drag: Option<SingleAnswer>,
 }
 
-/// The answer as asked for, and those compared with other measurements.
+/// The answer for the given options, and the answers compared with other measurements.
 pub(super) fn analyse_one(data: &Data) -> (Result<SingleAnswer, Error>, Option<Compared>) {
     match data {
         Data::RingDown { record, options } => {
@@ -61,7 +61,7 @@ pub(super) fn analyse_one(data: &Data) -> (Result<SingleAnswer, Error>, Option<C
                 .map(|both| Compared { without_drag: single(both), beside_drag: beside_drag.map(single) });
             (Ok(single(answer)), compared)
         }
-        // Levels know no other model.
+        // Levels have no other model.
         Data::Levels { levels, options } => match levels::analyse(levels, options) {
             Ok(answer) => {
                 let single = SingleAnswer::Levels(Box::new(answer));

@@ -1,11 +1,11 @@
-//! A measurement solved alone, as the comparison and the joint fit take it.
+//! A measurement analysed alone, as used by the comparison and the joint fit.
 
 use super::answer::SingleAnswer;
 use crate::answer::Parameter;
 use nalgebra::{Matrix2, Vector2};
 use std::f64::consts::TAU;
 
-/// What one measurement says, limits lifted, in the common unit.
+/// Result of one measurement, without limits, in the common unit.
 #[derive(Clone)]
 pub(super) struct SolvedMeasurement {
     pub(super) measurement: usize,
@@ -13,20 +13,20 @@ pub(super) struct SolvedMeasurement {
     /// Damping rate and friction displacement.
     pub(super) value: Vector2<f64>,
     pub(super) covariance: Matrix2<f64>,
-    /// What moves them by one standard error together with all other measurements, beside the covariance.
+    /// Shift by one standard error of the disturbance common to all measurements; not included in the covariance.
     pub(super) shared: Vector2<f64>,
-    /// Natural frequency, Hz, and its standard error: zero where it was given.
+    /// Natural frequency, Hz, and its standard error, which is zero if it was given.
     pub(super) frequency: [f64; 2],
-    /// Drive amplitude, its standard error, and its correlation with the two.
+    /// Drive amplitude, its standard error, and its correlations with the two.
     pub(super) drive: Option<([f64; 2], [f64; 2])>,
 }
 
 impl SolvedMeasurement {
-    /// Values and covariance out of an answer.
+    /// Values and covariance from an answer.
     pub(super) fn new(measurement: usize, scale: f64, answer: &SingleAnswer) -> Result<Self, &'static str> {
         const PAIR: [Parameter; 2] = [Parameter::DECAY_RATE, Parameter::FRICTION_DISPLACEMENT];
-        // Of the fit that has the correlations, its limits lifted as those of the values are. Drag that a measurement does not
-        // exclude is weighed over all of them.
+        // Errors are those of the fit that has the correlations, without limits, as the values are. Drag that a
+        // measurement does not exclude is weighted over all of them.
         let by_few = match answer {
             SingleAnswer::Levels(a) => a.student_factor(),
             _ => 1.0,
@@ -77,12 +77,12 @@ impl SolvedMeasurement {
         })
     }
 
-    /// Its natural frequency and the standard error, where it was measured.
+    /// Its natural frequency and standard error, if it was measured.
     pub(super) fn measured_frequency(&self) -> Option<[f64; 2]> {
         Some(self.frequency).filter(|f| f[1] > 0.0 && f[1].is_finite())
     }
 
-    /// The same with scatter between repeats.
+    /// The same with additional scatter between repeats.
     pub(super) fn scattered(&self, more: &Matrix2<f64>) -> Self {
         let covariance = self.covariance + more;
         let shrunk = |k: usize, rho: f64| rho * (self.covariance[(k, k)] / covariance[(k, k)]).sqrt();

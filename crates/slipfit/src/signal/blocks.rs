@@ -1,14 +1,14 @@
-//! The record in short stretches ("blocks"): amplitude, phase, offset and noise
-//! of each, by local least squares. No step of it assumes even sampling.
+//! Division of the record into short stretches ("blocks"): amplitude, phase, offset and noise of each, by local least
+//! squares. No step assumes uniform sampling.
 
 use crate::numeric::{robust::median, wide};
 use nalgebra::{SMatrix, SVector};
 use std::f64::consts::{PI, TAU};
 
-/// Samples looked at per block while the frequency is still being followed.
+/// Number of samples used per block while the frequency is being tracked.
 const TRACK_SAMPLES: usize = 384;
-/// Part of the variance that a guess leaves unexplained where the frequency is not near it: at half the step between
-/// guesses an oscillation of ten cycles is explained by two thirds.
+/// Residual variance over total variance above which a guess is far from the frequency: at half the step between
+/// guesses, an oscillation of ten cycles is explained to two thirds.
 const FAR: f64 = 0.9;
 
 /// One stretch of the record.
@@ -23,7 +23,7 @@ pub(crate) struct Block {
     pub(crate) span_s: f64,
     /// Amplitude (of the fundamental), signal unit.
     pub(crate) amplitude: f64,
-    /// Part of it at right angles to the reference phase.
+    /// Component of the amplitude in quadrature to the reference phase.
     pub(crate) quadrature: f64,
     /// Phase at `time_s`, rad, unwrapped; the motion is `amplitude cos(phase)`.
     pub(crate) phase: f64,
@@ -38,7 +38,7 @@ pub(crate) struct Block {
 }
 
 impl Block {
-    /// A stretch of samples about a time, nothing yet known of it.
+    /// A stretch of samples about a time, not yet fitted.
     pub(crate) fn of(first: usize, end: usize, time_s: f64) -> Self {
         Self {
             first,
@@ -56,18 +56,18 @@ impl Block {
         }
     }
 
-    /// Standard error of the amplitude for a noise of `noise_rms` a sample.
+    /// Standard error of the amplitude for noise of `noise_rms` per sample.
     pub(crate) fn std_error(&self, noise_rms: f64) -> f64 {
         noise_rms * self.unit_variance.sqrt()
     }
 }
 
-/// How a record is cut.
+/// How a record is divided into blocks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Cut {
     /// Cycles per block.
     pub(crate) cycles: f64,
-    /// Least samples for a block to count.
+    /// Minimum number of samples of a block.
     pub(crate) least: usize,
 }
 
@@ -81,10 +81,10 @@ impl Cut {
     }
 }
 
-/// Follows the oscillation along the record, block by block, and unwraps its phase.
+/// Tracks the oscillation along the record, block by block, and unwraps its phase.
 ///
-/// The frequency of each block is refined on its own, starting from its
-/// predecessor's, so a frequency that changes with amplitude is followed.
+/// The frequency of each block is refined separately, starting from that of its predecessor, so that a frequency that
+/// changes with amplitude is tracked.
 pub(crate) fn track(
     time: &[f64],
     signal: &[f64],
@@ -119,7 +119,7 @@ pub(crate) fn track(
             continue;
         };
         if local.unexplained > 0.2 {
-            // Perhaps the frequency ran away from its predecessor's: look around.
+            // The frequency may have moved away from its predecessor's: try others nearby.
             for factor in [0.6, 0.7, 0.8, 0.9, 1.1, 1.2, 1.35, 1.5] {
                 let guess = coarse * factor;
                 if guess < band[0] || guess > band[1] {
@@ -163,7 +163,7 @@ pub(crate) fn track(
     blocks
 }
 
-/// Range and stride that keep a block's tracking cheap without aliasing it.
+/// Range and stride that keep the tracking of a block cheap without aliasing.
 fn thinned(first: usize, end: usize, cycles: f64) -> (usize, usize, usize) {
     let count = end - first;
     let stride =
@@ -181,13 +181,13 @@ struct Local {
     offset: f64,
     unit_variance: f64,
     rss: f64,
-    /// Residual over total variance.
+    /// Residual variance over total variance.
     unexplained: f64,
 }
 
-/// Least squares of offset, two phasor components and their slopes; the
-/// phasor's rotation corrects the frequency, three times at most. `None` where the guess itself leaves more than
-/// the part `most` of the variance unexplained.
+/// Least squares of offset, two phasor components and their slopes; the rotation of the phasor corrects the
+/// frequency, at most three times. `None` if the guess itself leaves more than the part `most` of the variance
+/// unexplained.
 fn refine(
     (time, signal): (&[f64], &[f64]),
     guess: f64,
@@ -235,7 +235,7 @@ fn refine(
         if best.is_none() && here.unexplained > most {
             return None;
         }
-        // Im(z'/z) is what the phasor turns by from the middle to the edge.
+        // Im(z'/z) is the rotation of the phasor from the middle to the edge.
         let turn = if power > 0.0 { (c[4] * p - c[3] * r) / power } else { 0.0 };
         let better = best.as_ref().is_none_or(|b| here.rss <= b.rss);
         if better {
@@ -250,11 +250,11 @@ fn refine(
     best
 }
 
-/// Sums over few samples of everything the sloped fit needs.
+/// Sums over few samples for the fit with slopes.
 struct SlopedSums<'a> {
     time: &'a [f64],
     signal: &'a [f64],
-    /// Taken off every sample: squares of a large offset would leave nothing of the noise.
+    /// Subtracted from every sample, because the squares of a large offset would swamp the noise.
     level: &'a f64,
     centre: f64,
     half: f64,
@@ -318,7 +318,7 @@ pub(crate) struct PhaseAt {
     pub(crate) phase: f64,
     pub(crate) omega: f64,
     pub(crate) chirp: f64,
-    /// Relative rate of amplitude loss, 1/s, so that a block sees a straight amplitude.
+    /// Relative rate of amplitude loss, 1/s, so that the amplitude is nearly constant within a block.
     pub(crate) loss: f64,
 }
 
@@ -368,7 +368,7 @@ fn along(time: &[f64], signal: &[f64], block: &Block, phase: PhaseAt) -> Block {
 struct Sums<'a> {
     time: &'a [f64],
     signal: &'a [f64],
-    /// Taken off every sample, as that of [`SlopedSums`].
+    /// Subtracted from every sample, as in [`SlopedSums`].
     level: f64,
     centre: f64,
     phase: PhaseAt,
@@ -414,8 +414,8 @@ impl pulp::WithSimd for Sums<'_> {
 
 /// Noise of one sample: root of the median of the blocks' residual variances.
 ///
-/// The median keeps jolts and glitches out; `median_bias` removes what the
-/// median of a chi-squared lacks to its mean.
+/// The median excludes jolts and glitches; `median_bias` corrects the difference between median and mean of a
+/// chi-squared distribution.
 pub(crate) fn noise_rms(blocks: &[Block]) -> f64 {
     let mut variances: Vec<f64> = blocks
         .iter()
@@ -427,7 +427,7 @@ pub(crate) fn noise_rms(blocks: &[Block]) -> f64 {
     median(&mut variances).unwrap_or(0.0).sqrt()
 }
 
-/// The phase folded to `(-pi, pi]`.
+/// The phase wrapped to `(-pi, pi]`.
 pub(crate) fn wrap(phase: f64) -> f64 {
     phase - TAU * ((phase - PI) / TAU).ceil()
 }
