@@ -1,4 +1,4 @@
-//! Whatever a curve is, its answer does not contradict itself.
+//! The answer for any curve is consistent in itself.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
 use proptest::prelude::*;
@@ -9,7 +9,7 @@ use slipfit::resonance::{Answer, Curve, DriveAmplitude, Options, analyse};
 use slipfit::{LossTerm, Parameter};
 use std::f64::consts::{FRAC_PI_4, TAU};
 
-/// What is claimed is there: friction detected has a share of the loss, values lie in their intervals.
+/// Claims are supported: detected friction has a share of the loss, and values lie in their intervals.
 fn is_consistent(answer: &Answer) -> Result<(), TestCaseError> {
     let sliding = &answer.sliding;
     if sliding.detected && answer.model.has(LossTerm::Sliding) {

@@ -1,5 +1,4 @@
-//! Whatever the samples: an answer of finite numbers or an error, never a
-//! panic, never an endless loop.
+//! Any samples give an answer of finite numbers or an error, never a panic or an endless loop.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
 use proptest::prelude::*;
@@ -8,7 +7,7 @@ use slipfit::Parameter;
 use slipfit::ringdown::{Answer, Options, analyse};
 use slipfit::{Record, SignalKind};
 
-/// A stretch of a record as instruments and accidents make it.
+/// A stretch of a record as produced by instruments and accidents.
 #[derive(Debug, Clone)]
 enum Piece {
     Swing { amplitude: f64, omega: f64, decay: f64 },
@@ -62,7 +61,7 @@ fn signal() -> impl Strategy<Value = Vec<f64>> {
     })
 }
 
-/// Steps of the clock: even, uneven, repeated, with gaps, tiny and huge.
+/// Steps of the clock: uniform, irregular, repeated, with gaps, tiny and huge.
 fn steps() -> impl Strategy<Value = Vec<f64>> {
     let step = prop_oneof![
         8 => Just(1.0),
@@ -98,7 +97,7 @@ fn options() -> impl Strategy<Value = Options> {
 fn check(answer: &Answer) -> Result<(), TestCaseError> {
     for (parameter, quantity) in answer.parameters.iter() {
         let value = quantity.value;
-        // Without viscous loss there is no limit to Q.
+        // Without viscous loss Q may be infinite.
         prop_assert!(
             value.is_finite() || parameter == Parameter::QFactor && value > 0.0,
             "{parameter} = {value}"

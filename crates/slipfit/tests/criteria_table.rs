@@ -95,7 +95,7 @@ fn page() -> String {
 fn table(rows: &[Criterion]) -> String {
     let mut table = "| name | value | meaning | source | moves |\n|---|---|---|---|---|\n".to_owned();
     for row in rows {
-        // Two thirds are the only value with many digits.
+        // Two thirds is the only value with many digits.
         let value = if row.value.fract() == 0.0 { row.value.to_string() } else { rounded(row.value) };
         writeln!(
             table,

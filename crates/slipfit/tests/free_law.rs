@@ -1,4 +1,4 @@
-//! The law without a model on simulated decays: its band holds the true loss, its limit the sliding part.
+//! The model-free law on simulated decays: its band covers the true loss, its limit the sliding part.
 
 #![cfg(feature = "smooth-laws")]
 #![allow(clippy::unwrap_used, reason = "a test stops where something is wrong")]
@@ -27,7 +27,7 @@ fn released(delta: f64, law: impl Fn(f64, f64) -> f64, time_s: &[f64]) -> Vec<f6
     time_s.iter().map(|&t| motion.state_at(t).unwrap().position).collect()
 }
 
-/// How often the band holds the loss, and the interval of the limit the sliding rate, over the seeds.
+/// How often, over the seeds, the band covers the loss and the interval of the limit covers the sliding rate.
 struct Held {
     band: f64,
     limit: f64,
@@ -103,7 +103,7 @@ fn good(what: &str, h: &Held) {
 
 const PERIOD: f64 = TAU / OMEGA;
 
-/// A band of any width holds everything: `most` bounds its mean width over the loss at the start.
+/// A wide enough band covers everything: `most` bounds its mean width over the loss at the start.
 fn says_something(what: &str, h: &Held, most: f64) {
     assert!(h.limit_width < 0.5, "{what}: the limit is {:.3} of that loss wide", h.limit_width);
     assert!(h.width < most, "{what}: the band is {:.3} of the loss at the start wide", h.width);
@@ -167,7 +167,7 @@ fn the_band_holds_friction_that_falls_with_speed() {
     }
 }
 
-/// Amplitudes recorded as such, with the noise in them.
+/// Amplitudes recorded directly, including their noise.
 #[test]
 fn bare_envelopes_have_one_as_well() {
     let time_s = times(4000, 0.05);
@@ -185,7 +185,7 @@ fn bare_envelopes_have_one_as_well() {
     good("envelope of 1 Hz", &held(bare, &options, loss, delta, 1.0));
 }
 
-/// Behind a filter of four stages of 2 s, a tenth of the decay time of the drag: the amplitudes come late.
+/// Amplitudes after a filter of four stages of 2 s, a tenth of the decay time of the drag, are delayed.
 #[test]
 fn the_low_pass_of_a_lock_in_is_undone() {
     let time_s = times(3000, 0.05);
@@ -216,7 +216,7 @@ fn the_low_pass_of_a_lock_in_is_undone() {
         let (p, q) = outputs.unzip();
         Record::lock_in(time_s.clone(), p, q).unwrap()
     };
-    // Few: the laws with a model take seconds behind a filter.
+    // Few seeds, because the fits of the laws take seconds behind a filter.
     good("lock-in", &held_over(6, record, &options, |a| a2 * a * a, 0.0, 1.0));
 }
 

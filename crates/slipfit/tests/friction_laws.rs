@@ -1,4 +1,4 @@
-//! Friction that falls with speed, and contacts that yield before they slide: simulated and found again.
+//! Friction that decreases with speed, and contacts that yield before they slide: simulated and recovered.
 
 #![cfg(feature = "smooth-laws")]
 #![allow(clippy::unwrap_used, reason = "a test stops where something is wrong")]
@@ -20,20 +20,20 @@ fn times() -> Vec<f64> {
     (0..6000).map(|i| 0.05 * f64::from(i)).collect()
 }
 
-/// Released at 1 under viscous loss, sliding friction and what friction has more at low speed, as
-/// displacements, falling about the velocity `v_s`.
+/// Decay from 1 under viscous loss, sliding friction and the excess of friction at low speed, as displacements; the
+/// excess decreases around the velocity `v_s`.
 fn stribeck(delta: f64, x_f: f64, more: f64, v_s: f64) -> Vec<f64> {
     let o = Oscillator::kinematic(OMEGA, delta, x_f + more).unwrap();
-    // The oscillator has the friction at rest; the law takes away what is lost with speed.
+    // The oscillator has the friction at rest; the law subtracts the decrease with speed.
     let law = move |v: f64| more / (1.0 + (v / v_s).powi(2)) - more;
     let mut motion = SmoothMotion::new(&o, law, Drive::none(), 0.0, 1.0, 0.0).unwrap();
     times().iter().map(|&t| motion.state_at(t).unwrap().position).collect()
 }
 
-/// Released at 1 under viscous loss and Dahl's friction of contacts that break at `break_amplitude`.
+/// Decay from 1 under viscous loss and Dahl's friction of contacts that break at `break_amplitude`.
 fn dahl(delta: f64, x_f: f64, break_amplitude: f64) -> Vec<f64> {
     let slopes = |[x, v, f]: [f64; 3]| {
-        // The force over the stiffness; its slope along the way is x_F/A_b.
+        // The force over the stiffness; its slope along the path is x_F/A_b.
         let force = v * x_f / break_amplitude * (1.0 - f / x_f * v.signum());
         [v, -OMEGA * OMEGA * (x + f) - 2.0 * delta * v, force]
     };
@@ -66,7 +66,7 @@ fn friction_that_falls_with_speed_is_found_again() {
     let (x_f, more, v_s) = (0.0006, 0.0012, 1.0);
     let motion = stribeck(0.002, x_f, more, v_s);
     let found = answers(&motion, 0.003, &options("viscous+sliding+stribeck"));
-    // The loss at the first amplitude, by asinh(z)/(z sqrt(1 + z²)).
+    // The loss at the initial amplitude, from asinh(z)/(z sqrt(1 + z²)).
     let z = OMEGA / v_s;
     let rate = 2.0 * OMEGA * more / PI * z.asinh() / (z * (1.0 + z * z).sqrt());
     scatters_about("rate", rate, &found, Parameter::Loss(LossTerm::Stribeck));
@@ -81,7 +81,7 @@ fn contacts_that_yield_are_found_again() {
     let motion = dahl(0.002, x_f, break_amplitude);
     let found = answers(&motion, 0.003, &options("viscous+presliding"));
     for answer in &found {
-        // Both refer to the amplitude with which the free decay begins.
+        // Both refer to the amplitude at which the free decay begins.
         let first = answer.parameter(Parameter::InitialAmplitude).unwrap().value;
         let held = |parameter, truth: f64| {
             let over = answer.parameter(parameter).unwrap().value * first / truth;
@@ -95,7 +95,7 @@ fn contacts_that_yield_are_found_again() {
     }
 }
 
-/// Each law is named where it acts, and the laws compared leave a misfit.
+/// Each law is named if it acts, and the compared laws leave a misfit.
 #[test]
 fn the_law_that_acts_is_named() {
     for (motion, noise, term) in [

@@ -1,5 +1,5 @@
-//! Long records: averaged while they come they say what the whole record says, and so does a decay
-//! that is a small part of one.
+//! Long records: averaging during reading gives the same results as the whole record, and a decay that is a small
+//! part of a record is found.
 
 #![allow(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
@@ -15,7 +15,7 @@ const ROW_S: f64 = 1e-4;
 fn add_noise(signal: &mut [f64], rms: f64) {
     let mut state = 88_172_645_463_325_252_u64;
     for v in signal {
-        // Twelve uniform numbers less their mean: as good as normal here.
+        // Twelve uniform numbers minus their mean: close enough to normal here.
         let mut sum = -6.0;
         for _ in 0..12 {
             state ^= state << 13;
@@ -27,7 +27,7 @@ fn add_noise(signal: &mut [f64], rms: f64) {
     }
 }
 
-/// A ring-down of 50 Hz with 1 % noise: 200 rows a cycle.
+/// A ring-down of 50 Hz with 1 % noise: 200 rows per cycle.
 fn rows(count: usize) -> (Vec<f64>, Vec<f64>) {
     let o = Oscillator::builder()
         .omega_0(std::f64::consts::TAU * 50.0)
@@ -43,7 +43,7 @@ fn rows(count: usize) -> (Vec<f64>, Vec<f64>) {
     (time_s, signal)
 }
 
-/// What is left of rows that come in batches of different lengths.
+/// Result of averaging rows that come in batches of different lengths.
 fn averaged(
     time_s: &[f64],
     signal: &[f64],
@@ -70,7 +70,7 @@ fn averaged(
 fn friction_and_damping_stay_what_they_are_and_as_sure() {
     let (time_s, signal) = rows(200_000);
     let whole = Record::new(time_s.clone(), signal.clone()).unwrap();
-    // What the choice of model adds to an interval depends on the chance of each record; the fit does not.
+    // The contribution of model selection to an interval varies randomly between records; the fit does not.
     let named = {
         let mut options = ringdown::Options::default();
         options.model = Some(slipfit::LossModel::VISCOUS_SLIDING);
@@ -100,7 +100,7 @@ fn friction_and_damping_stay_what_they_are_and_as_sure() {
     }
 }
 
-/// Twenty cycles a block, from a record of 8000, would hold the very bend that tells the friction.
+/// Blocks of twenty cycles, as for a record of 8000, would contain the very curvature that reveals the friction.
 #[test]
 fn a_decay_that_is_a_tenth_of_its_record_is_looked_at_closely() {
     let (rate_hz, noise) = (1.0 / (5.0 * ROW_S), 2e-4);
@@ -117,7 +117,7 @@ fn a_decay_that_is_a_tenth_of_its_record_is_looked_at_closely() {
         let mut motion = Motion::new(&o, Drive::none(), 0.0, 1.0, 0.0).unwrap();
         motion.fill(&time_s[..time_s.len() - silent], &mut signal[silent..]).unwrap();
         add_noise(&mut signal, noise);
-        // A velocity by name only: what is told of amplitudes, the samples' own fit left out.
+        // A velocity by name only, so that the amplitudes are used and the fit to the samples is omitted.
         let record = Record::new(time_s.clone(), signal).unwrap().with_kind(SignalKind::Velocity);
         let answer = ringdown::analyse(&record, &ringdown::Options::default()).unwrap();
         let x_f = answer.parameter(Parameter::FRICTION_DISPLACEMENT).unwrap();
@@ -131,7 +131,7 @@ fn a_decay_that_is_a_tenth_of_its_record_is_looked_at_closely() {
 fn a_clock_that_halts_or_few_samples_a_cycle_keep_every_row() {
     let (mut time_s, signal) = rows(4000);
     let (averaging, _, x) = averaged(&time_s, &signal, 100, None);
-    // 200 rows a cycle: three times a half leaves 25.
+    // 200 rows per cycle: halving three times leaves 25.
     assert_eq!((averaging.factor(), x.len()), (8, 500));
     assert!(averaging.stopped().unwrap().contains("too few samples per cycle"));
     time_s.iter_mut().skip(50).for_each(|t| *t += 1.0);
@@ -164,7 +164,7 @@ proptest! {
         let (averaging, _, x) = averaged(&[], &signal, most, Some(1.0));
         let factor = averaging.factor();
         prop_assert_eq!(x.len(), 3000 / factor);
-        // The amplitude given back, taken off again.
+        // The amplitude correction is undone.
         let finite: Vec<f64> = x.iter().copied().filter(|v| v.is_finite()).collect();
         let mean = finite.iter().sum::<f64>() / finite.len() as f64;
         for (rows, x) in signal.chunks(factor).zip(&x) {
@@ -177,7 +177,7 @@ proptest! {
     }
 }
 
-/// A lossy compression leaves out what is weak, which ends a decay as friction does.
+/// A lossy compression omits weak signals, which ends a decay as friction does.
 #[test]
 fn friction_in_lossily_compressed_samples_has_a_warning() {
     let o = Oscillator::builder()
@@ -200,7 +200,7 @@ fn friction_in_lossily_compressed_samples_has_a_warning() {
     assert!(warned(&record.with_lossy_compression(true)));
 }
 
-/// A simulated decay without noise: rounding is no misfit, and its sum of squares has a minimum that is found.
+/// A simulated decay without noise: rounding is not a misfit, and the minimum of its sum of squares is found.
 #[test]
 fn an_exact_decay_is_described_without_a_warning() {
     let o =

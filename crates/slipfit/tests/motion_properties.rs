@@ -1,4 +1,4 @@
-//! What must hold of every motion, over random oscillators.
+//! Properties of every motion, tested with random oscillators.
 
 #![allow(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
@@ -93,7 +93,7 @@ proptest! {
             prop_assert!((e.time_s - p.time_s).abs() < 1e-13 * until);
         }
         if let Some(stop) = decay.stop() && stop.time_s < until * (1.0 - 1e-9) && stop.index > 0 {
-            // A mass that stops on the very border of the zone may be judged either way.
+            // A mass that stops exactly at the border of the zone may be judged either way.
             let margin = (stop.position.abs() - o.static_displacement()).abs();
             prop_assume!(margin > 1e-12);
             prop_assert_eq!(events.last().map(|e| e.kind), Some(EventKind::Rest));
@@ -140,7 +140,7 @@ proptest! {
             if e.direction == 0.0 {
                 prop_assert!((e.drive - e.position).abs() <= o.static_displacement() + 1e-15);
             }
-            // No turn missed: between events the velocity keeps its sign.
+            // No turning point is missed: between events the velocity keeps its sign.
             for i in 1..8 {
                 let t = last + (e.time_s - last) * f64::from(i) / 8.0;
                 if t > last && t < e.time_s {
@@ -161,7 +161,7 @@ proptest! {
     fn a_motion_with_a_past_turns_where_one_without_does(
         o in oscillator(), w in tuning(), x in -3.0..3.0f64, phase in 0.0..6.3f64,
     ) {
-        // A slip is begun from the length of the last one that way, a new motion has none.
+        // The search for the end of a slip starts from the duration of the previous one; a new motion has none.
         let tone = Harmonic { amplitude: 1.0, omega: w * o.omega_0(), phase };
         let drive = Drive::harmonics(0.0, &[tone]).unwrap();
         let mut motion = Motion::new(&o, drive.clone(), 0.0, x, 0.0).unwrap();
@@ -178,7 +178,7 @@ proptest! {
             }
             if e.kind == EventKind::Turn {
                 fresh = Some(Motion::new(&o, drive.clone(), e.time_s, e.position, 0.0).unwrap());
-                // On the very border of the zone it may be judged either way.
+                // Exactly at the border of the zone it may be judged either way.
                 let margin = ((e.drive - e.position).abs() - o.static_displacement()).abs();
                 if margin < 1e-9 { fresh = None; }
             }
@@ -198,7 +198,7 @@ proptest! {
             *s = motion.clone().state_at(t + (i as f64 - 2.0) * h).unwrap();
         }
         let near = motion.clone().events(t + 2.0 * h).any(|e| e.time_s > t - 2.0 * h);
-        // A sampled drive has a kink at each sample, which is no event.
+        // A sampled drive has a kink at each sample, which is not an event.
         prop_assume!(!near && d.0 != 3);
         let slope = |f: fn(&State) -> f64| (f(&s[0]) - f(&s[4]) + 8.0 * (f(&s[3]) - f(&s[1]))) / (12.0 * h);
         let size = s[2].position.abs() + s[2].velocity.abs() / w + 1.0;
@@ -264,7 +264,7 @@ proptest! {
     #[test]
     fn the_undamped_motion_runs_back_the_way_it_came(x in -3.0..3.0f64, v in -3.0..3.0f64, t in 0.1..300.0f64) {
         let o = Oscillator::kinematic(1.0, 0.0, 0.0).unwrap();
-        // A drive even about t, so that time reversal leaves it as it is.
+        // A drive that is even about t, so that it is invariant under time reversal.
         let tone = Harmonic { amplitude: 1.0, omega: 0.37, phase: -0.37 * t };
         let drive = Drive::harmonics(0.2, &[tone]).unwrap();
         let there = Motion::new(&o, drive.clone(), 0.0, x, v).unwrap().state_at(t).unwrap();
@@ -317,7 +317,7 @@ fn asymmetric_friction_shifts_the_middle_as_a_constant_force_would() {
 
 #[test]
 fn a_slip_of_a_millionth_of_a_period_is_not_missed() {
-    // The drive's crest exceeds the static friction by less and less.
+    // The excess of the drive's crest over static friction is made smaller and smaller.
     let o = Oscillator::kinematic(1.0, 0.05, 0.5).unwrap();
     let mut before = f64::INFINITY;
     for e in 2..13 {
@@ -350,7 +350,7 @@ fn bad_input_is_refused_by_name() {
     assert!(Drive::sampled(vec![0.0, 1.0, 1.0], vec![0.0; 3]).is_err());
     assert!(Drive::sampled(vec![], vec![]).is_err());
     assert!(Drive::none().until(3.0).unwrap().until(2.0).is_err());
-    // 2 rad/s is 0.318 Hz: half a hertz of sampling cannot show it.
+    // 2 rad/s is 0.318 Hz: a sampling rate of half a hertz cannot resolve it.
     let aliased = Drive::harmonic(1.0, 2.0).unwrap().check_sampling(0.5).unwrap_err().to_string();
     assert!(aliased.contains("drive frequency_hz = 0.318"), "{aliased}");
     assert!(aliased.contains("rate_hz"), "{aliased}");

@@ -1,4 +1,4 @@
-//! Nonlinear damping `m eta x² x'`, simulated and found again where a model with it is asked for.
+//! Nonlinear damping `m eta x² x'`, simulated and recovered if a model with it is requested.
 
 #![cfg(feature = "smooth-laws")]
 #![allow(clippy::unwrap_used, reason = "a test stops where something is wrong")]
@@ -28,7 +28,7 @@ fn released(o: &Oscillator, a3: f64, time_s: &[f64]) -> Vec<f64> {
     time_s.iter().map(|&t| motion.state_at(t).unwrap().position).collect()
 }
 
-/// Distance from the truth in standard errors; those of every seed scatter about zero by about one.
+/// Deviation from the true value in standard errors; over the seeds it scatters about zero by about one.
 fn off(q: &Quantity, truth: f64) -> f64 {
     (q.unbounded_value - truth) / q.std_error
 }
@@ -40,7 +40,7 @@ fn scatters_about_zero(what: &str, z: &[f64]) {
     assert!(z.iter().all(|z| z.abs() < 4.0), "{what}: {z:.2?}");
 }
 
-/// Analyses records that differ by their noise alone, and compares with the truth.
+/// Analyses records that differ only in their noise, and compares with the true values.
 fn found_again(
     o: &Oscillator,
     a3: f64,
@@ -110,7 +110,7 @@ fn a_bare_amplitude_tells_it() {
     let o = Oscillator::kinematic(60.0, 0.01, 3e-5).unwrap();
     let a3 = 0.12;
     let time_s = times(400, 0.5);
-    // dA/dt = -(a0 + delta A + a3 A³), in steps of which the law changes by a thousandth.
+    // dA/dt = -(a0 + delta A + a3 A³), in steps in which the amplitude changes by a thousandth.
     let a0 = 2.0 * o.omega_d() * o.friction_displacement() / PI;
     let rate = |a: f64| a0 + 0.01 * a + a3 * a * a * a;
     let mut a = 0.5;
@@ -135,8 +135,8 @@ fn a_bare_amplitude_tells_it() {
     found_again(&o, a3, "viscous+sliding+cubic", "envelope", record, options);
 }
 
-/// Averaged over a cycle, the law holds in a few cycles to the order of the loss per cycle: the third
-/// harmonic it leaves out, 3e-3 at most, lies below the noise of a sample.
+/// The law, averaged over a cycle, holds over a few cycles to the order of the loss per cycle: the neglected third
+/// harmonic, at most 3e-3, lies below the noise of a sample.
 #[test]
 fn a_few_cycles_give_its_size() {
     let o = Oscillator::kinematic(6.0, 0.02, 0.0).unwrap();
@@ -172,7 +172,7 @@ fn the_default_answer_knows_nothing_of_it() {
     assert!(answer.comparison.iter().all(|c| c.values.iter().all(|(p, _)| p != CUBIC)));
 }
 
-/// The record of a driven motion at one frequency, fundamental only, once it is steady.
+/// The fundamental of a driven motion at one frequency in the steady state.
 fn steady(o: &Oscillator, a3: f64, x_0: f64, omega: f64) -> Phasor {
     // Balance of the fundamental with delta + a3 R² for delta, by bisection.
     let d = |r: f64| {
@@ -226,7 +226,7 @@ fn a_resonance_curve_tells_it() {
     }
 }
 
-/// The balance that the curves are made of is the fundamental of the motion itself, integrated.
+/// The balance from which the curves are computed agrees with the fundamental of the integrated motion.
 #[test]
 fn the_balance_is_that_of_the_driven_motion() {
     let o = Oscillator::kinematic(1.0, 0.02, 0.0).unwrap();

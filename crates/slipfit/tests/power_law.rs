@@ -1,4 +1,4 @@
-//! A loss by a power of the amplitude, simulated and found again with its exponent.
+//! A loss proportional to a power of the amplitude, simulated and recovered with its exponent.
 
 #![cfg(feature = "smooth-laws")]
 #![allow(clippy::unwrap_used, reason = "a test stops where something is wrong")]
@@ -17,8 +17,8 @@ const POWER: Parameter = Parameter::Loss(LossTerm::Power);
 const OMEGA: f64 = 6.0;
 const SEEDS: u64 = 8;
 
-/// A record released from `start` under viscous loss and a force `c |v|^n` that takes the part `rate` of the
-/// first amplitude per second.
+/// A record released from `start` under viscous loss and a force `c |v|^n` that reduces the initial amplitude by the
+/// part `rate` per second.
 fn record(delta: f64, rate: f64, n: f64, start: f64) -> (Vec<f64>, Vec<f64>) {
     // a_n = (2 c omega^(n-1)/pi) times the integral of sin^(n+1) over a quarter turn, c per mass.
     let steps = 20_000;
@@ -79,7 +79,7 @@ fn beside_viscous_loss_as_well() {
     scatters_about("delta", 0.004, &answers, Parameter::DECAY_RATE);
 }
 
-/// The parameter of the shape counts: a model with the power law has two parameters more.
+/// The shape parameter counts: a model with the power law has two more parameters.
 #[test]
 fn the_exponent_counts_as_a_parameter() {
     let (time_s, motion) = record(0.01, 0.0, 1.5, 1.0);
@@ -93,7 +93,7 @@ fn the_exponent_counts_as_a_parameter() {
         if let Some(both) = free("viscous+power") {
             assert_eq!(both, viscous + 2);
         }
-        // A viscous decay stays one.
+        // A viscous decay is still described as viscous.
         assert_eq!(answer.preferred_model, slipfit::LossModel::VISCOUS);
     }
 }
@@ -109,7 +109,7 @@ fn a_resonance_curve_has_no_such_law() {
     assert!(refused.contains("free decays"), "{refused}");
 }
 
-/// A loss that no polynomial of the amplitude has leaves a bow: the power law is tried and named.
+/// A loss that is not a polynomial of the amplitude leaves curved residuals: the power law is tried and named.
 #[test]
 fn a_bow_names_the_power_law() {
     let (time_s, motion) = record(0.0, 0.01, 3.5, 1.0);
@@ -125,7 +125,7 @@ fn a_bow_names_the_power_law() {
     assert!(reported.diagnostics.residual_excess < 0.5 * answer.diagnostics.residual_excess);
 }
 
-/// Where the laws compared hold, none is tried.
+/// If the compared laws hold, no other law is tried.
 #[test]
 fn no_other_law_is_named_where_those_compared_hold() {
     let (time_s, motion) = record(0.01, 0.02, 2.0, 1.0);

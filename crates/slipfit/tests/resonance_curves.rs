@@ -1,4 +1,4 @@
-//! Resonance curves from exact motion, good and bad, and the real ones where they are at hand.
+//! Resonance curves from exact motion, good and bad, and measured ones if available.
 #![allow(clippy::print_stderr, reason = "a skipped test says so")]
 
 use slipfit::Calibration;
@@ -9,7 +9,7 @@ use slipfit::resonance::{Answer, Curve, DriveAmplitude, DriveSource, Method, Opt
 use slipfit::{Error, Oscillator};
 use std::f64::consts::PI;
 
-/// Sum of twelve even numbers: as good as normal, deviation 1.
+/// Sum of twelve uniform numbers: close to normal, standard deviation 1.
 struct Normal(u64);
 
 impl Normal {
@@ -79,7 +79,7 @@ fn an_exact_curve_is_taken_apart_with_the_drive_known_or_from_a_reference() {
     assert!((a.parameter(Parameter::CoulombForce).unwrap().value - 0.4).abs() < 0.01);
     let line = a.force_line.as_ref().unwrap();
     assert!((line.friction_displacement.value - 0.4).abs() < 0.02);
-    // Without friction the ghost is higher.
+    // Without friction the reference curve is higher.
     assert!(a.fit.friction_free(1.0).norm() > 1.5 * a.fit.response(1.0).norm());
 
     let (hz, z) = sweep(&oscillator(60.0, 0.0), [0.95, 1.05], 81, 0.05, 2);
@@ -92,7 +92,7 @@ fn an_exact_curve_is_taken_apart_with_the_drive_known_or_from_a_reference() {
     }
 }
 
-/// Simulated curves without noise: in rounding there is no lag, no background, no delay, and a fit settles.
+/// Simulated curves without noise: rounding shows no lag, background or delay, and the fit converges.
 #[test]
 fn an_exact_curve_is_described_without_a_warning() {
     let cases = [
@@ -119,7 +119,8 @@ fn an_exact_curve_is_described_without_a_warning() {
     }
 }
 
-/// Neighbours of a dense curve are fitted by their mean only as far as the noise hides what that loses.
+/// Neighbouring points of a dense curve are averaged before fitting only as far as the noise hides the resulting
+/// error.
 #[test]
 fn dense_curves_hold_the_truth_at_any_noise() {
     let (q, x_f) = (100.0, 0.4);
@@ -166,7 +167,7 @@ fn the_shape_alone_gives_a_wide_interval_that_holds_the_truth() {
             beta.interval_95[0] <= truth && truth <= beta.interval_95[1]
         })
         .count();
-    // Of 40 intervals of 95 % fewer than 34 hold with a probability of 0.3 %.
+    // Of 40 intervals of 95 %, fewer than 34 cover the true value with a probability of 0.3 %.
     assert!(held >= 34, "{held}");
 }
 
@@ -223,18 +224,18 @@ fn the_papers_inversion_comes_with_its_bias() {
     let a = analyse(&curve, &options).unwrap();
     let paper = a.paper.unwrap();
     let found = a.parameter(Parameter::FRICTION_DISPLACEMENT).unwrap().value;
-    // The bias foretold is the one made.
+    // The predicted bias is the actual one.
     assert!((found / 0.3 - 1.0 - paper.friction_bias.unwrap()).abs() < 0.02, "{found} {paper:?}");
     assert!(codes(&a).contains(&"paper_bias"));
-    // Shares of the loss are those of the numbers beside them.
+    // Shares of the loss agree with the reported numbers.
     let ratio = a.parameter(Parameter::FrictionRatio).unwrap().value;
     assert!((a.sliding.share_at_highest - ratio).abs() < 0.05, "{:?} {ratio}", a.sliding);
     options.drive_amplitude = None;
     assert!(matches!(analyse(&curve, &options), Err(Error::MissingParameter { .. })));
 }
 
-/// What is left of the points is what the Lorentzian leaves whose parameters are reported; it was what the exact motion
-/// leaves, a fifth of that.
+/// The residuals are those of the Lorentzian whose parameters are reported; earlier they were those of the exact
+/// motion, a fifth of that.
 #[test]
 fn the_residuals_beside_the_papers_numbers_are_those_of_its_lorentzian() {
     for phases in [true, false] {
@@ -249,7 +250,7 @@ fn the_residuals_beside_the_papers_numbers_are_those_of_its_lorentzian() {
         let exact = analyse(&curve, &options).unwrap();
         options.method = Method::Paper;
         let a = analyse(&curve, &options).unwrap();
-        // Eq. (14) with the numbers of the answer: eqs. (12) and (13) give its Q_f and x_f, a = 4/3.
+        // Eq. (14) with the numbers of the answer: eqs. (12) and (13) give its Q_f and x_f, with a = 4/3.
         let of = |name| a.parameter(name).unwrap().value;
         let (q, beta) = (of(Parameter::QFactor), of(Parameter::FrictionRatio));
         let q_f = q * (1.0 - 0.75 * beta);
@@ -270,7 +271,7 @@ fn the_residuals_beside_the_papers_numbers_are_those_of_its_lorentzian() {
             assert!((a.fit.response(p.frequency_hz).norm() / fitted - 1.0).abs() < 1e-6, "{p:?}");
             assert_eq!((p.residual_across, p.phase_rad.is_some()), (0.0, phases));
         }
-        // Without friction the base drives an oscillator of the Q reported.
+        // Without friction the base drives an oscillator with the reported Q.
         let peak = a.fit.friction_free(of(Parameter::NaturalFrequency)).norm();
         assert!((peak / q - 1.0).abs() < 1e-6, "{peak} {q}");
         assert_eq!(a.comparison, exact.comparison);
@@ -307,7 +308,7 @@ fn bad_curves_are_refused_or_flagged() {
     assert!(codes(&a).contains(&"reference_differs"), "{:?}", codes(&a));
 }
 
-/// With a background of this part of the peak, at this angle.
+/// The curve with a background of this part of the peak, at this angle.
 fn raised(z: &[Phasor], relative: f64, degrees: f64) -> Vec<Phasor> {
     let peak = z.iter().map(|z| z.norm()).fold(0.0, f64::max);
     z.iter().map(|z| z + Phasor::from_polar(relative * peak, degrees.to_radians())).collect()
@@ -337,7 +338,7 @@ fn a_large_crosstalk_keeps_its_phases() {
     }
 }
 
-/// The residual of a fit that follows the background alone is small beside the highest amplitude.
+/// The residual of a fit that follows only the background is small compared with the highest amplitude.
 #[test]
 fn a_narrow_line_on_a_high_background_is_found() {
     let o = oscillator(400.0, 0.0);
@@ -407,7 +408,7 @@ fn what_holds_no_line_is_no_resonance() {
     ] {
         assert!(matches!(answer, Err(Error::NoResonance { .. })), "{what}: {answer:?}");
     }
-    // A line eight times as high as the noise is one.
+    // A line eight times as high as the noise is a resonance.
     let (hz, z) = sweep(&oscillator(50.0, 0.0), [0.93, 1.07], 201, 6.0, 15);
     assert!(analyse(&Curve::complex(hz, z).build().unwrap(), &Options::default()).is_ok());
 }
@@ -447,8 +448,8 @@ fn a_drive_that_changes_from_point_to_point_is_no_jump() {
     }
 }
 
-/// `(1 - (omega/omega_0)² + lean A²) A` and the losses against a drive of 1, by the branch next to
-/// the amplitude before.
+/// `(1 - (omega/omega_0)² + lean A²) A` and the losses balanced with a drive of 1, on the branch nearest to the
+/// previous amplitude.
 fn bent(f: f64, q: f64, x_f: f64, lean: f64, drag: f64, before: f64) -> (f64, Phasor) {
     let parts =
         |a: f64| Phasor::new((1.0 - f * f + lean * a * a) * a, f * a / q + 4.0 * x_f / PI + drag * a * a);
@@ -500,7 +501,7 @@ fn drag_is_a_loss_and_no_misfit() {
     assert!(off(&a, Parameter::FRICTION_DISPLACEMENT, 0.1).abs() < 4.0);
 }
 
-/// Drag and a spring that is no straight line belong to the oscillator, with the contact or without.
+/// Drag and a nonlinear spring belong to the oscillator, with the contact or without it.
 #[test]
 fn curve_and_reference_share_drag_and_duffing_term() {
     let hz: Vec<f64> = (0..81).map(|i| 0.97 + 7.5e-4 * f64::from(i)).collect();
@@ -552,7 +553,7 @@ fn a_jump_at_another_place_up_than_down_is_seen() {
                 .iter()
                 .any(|w| w.to_string().contains("different frequencies in upward and downward sweeps"))
         );
-        // The curve drawn keeps to one branch: it falls once.
+        // The plotted curve stays on one branch: it falls once.
         let drawn: Vec<f64> = (0..600).map(|i| a.fit.response(0.971 + 1e-4 * f64::from(i)).norm()).collect();
         let jumps = drawn.windows(2).filter(|w| (w[1] - w[0]).abs() > 15.0).count();
         assert!(jumps <= 1, "{jumps}");
@@ -561,7 +562,7 @@ fn a_jump_at_another_place_up_than_down_is_seen() {
 
 #[test]
 fn second_peaks_are_looked_for_beside_the_background() {
-    // A Fano shape: one line.
+    // A Fano shape is one line.
     let (hz, z) = sweep(&oscillator(500.0, 0.1), [0.985, 1.015], 201, 0.5, 19);
     let fano = Curve::complex(hz.clone(), raised(&z, 1.0, 0.0)).build().unwrap();
     let a = analyse(&fano, &Options::default()).unwrap();
@@ -598,6 +599,6 @@ fn amplitudes_on_a_background_have_intervals_that_hold_the_truth() {
                 && 1.0 <= x_0.interval_95[1]
         })
         .count();
-    // Of 20 intervals of 95 % fewer than 16 hold with a probability of 0.3 %.
+    // Of 20 intervals of 95 %, fewer than 16 cover the true value with a probability of 0.3 %.
     assert!(held >= 16, "{held}");
 }

@@ -1,4 +1,4 @@
-//! Records too short to tell viscous from sliding loss must not look sure of either.
+//! Records too short to distinguish viscous from sliding loss must not give small errors for either.
 
 #![allow(clippy::unwrap_used, reason = "a test stops where something is wrong")]
 
@@ -29,11 +29,11 @@ fn three_cycles_do_not_claim_a_friction_they_cannot_know() {
         let [low, high] = answer.parameter(Parameter::FRICTION_DISPLACEMENT).unwrap().interval_95;
         covered += usize::from((low..=high).contains(&2e-3));
     }
-    // Of twenty 95 % intervals fewer than 16 hold the truth once in four hundred times.
+    // Of twenty 95 % intervals, fewer than 16 cover the true value once in four hundred times.
     assert!(covered >= 16, "{covered} of 20");
 }
 
-/// Friction stops the motion after four and a half cycles of as many samples each.
+/// Friction stops the motion after four and a half cycles with equally many samples each.
 #[test]
 fn a_motion_that_friction_stops_soon_has_cycles_enough() {
     let o =

@@ -1,4 +1,4 @@
-//! Speed-dependent friction, integrated, against closed forms where they exist.
+//! Integrated speed-dependent friction compared with closed forms where they exist.
 
 #![cfg(feature = "smooth-laws")]
 #![allow(clippy::unwrap_used, reason = "a test stops where something is wrong")]
@@ -65,7 +65,7 @@ fn a_closure_that_is_not_finite_is_an_error() {
 
 #[test]
 fn a_stribeck_law_can_excite_by_itself_where_coulomb_cannot() {
-    // A belt would be needed for a limit cycle; free, weakening only slows the decay.
+    // A limit cycle would need a moving belt; in free motion, weakening only slows the decay.
     let o = Oscillator::kinematic(1.0, 0.0, 0.05).unwrap();
     let run = |drop: f64| {
         let law = stribeck(drop, 0.05).unwrap();
@@ -75,7 +75,7 @@ fn a_stribeck_law_can_excite_by_itself_where_coulomb_cannot() {
     let (coulomb, weak) = (run(0.0), run(0.03));
     assert!(weak.len() > coulomb.len());
     assert_eq!(weak.last().unwrap().kind, EventKind::Rest);
-    // At speed friction is 0.02, so a half cycle takes a little more than twice that.
+    // At speed the friction is 0.02, so a half cycle loses a little more than twice that.
     let lost = weak[0].position.abs() - weak[1].position.abs();
     assert!((0.04..=0.05).contains(&lost), "{lost}");
 }
@@ -93,7 +93,7 @@ proptest! {
             .friction_displacement(x_f).static_displacement(x_f * ratio).build().unwrap();
         let drive = Drive::harmonic(1.0, omega).unwrap().until(off).unwrap();
         let mut exact = Motion::new(&build(delta), drive.clone(), 0.0, x, 0.0).unwrap();
-        // 2 delta v = law: part of the damping moved from the oscillator into the law.
+        // 2 delta v = law: part of the damping is moved from the oscillator to the law.
         let moved = 2.0 * delta * share;
         let mut other =
             SmoothMotion::new(&build(delta * (1.0 - share)), move |v| moved * v, drive, 0.0, x, 0.0).unwrap();
@@ -102,7 +102,7 @@ proptest! {
         prop_assert_eq!(expected.len(), found.len());
         for (e, f) in expected.iter().zip(&found) {
             prop_assert_eq!(e.kind, f.kind);
-            // A stop short of a release, or a release on a crest, magnifies what came before.
+            // A stop just before a release, or a release at a crest, magnifies earlier errors.
             prop_assert!((e.position - f.position).abs() < 1e-9, "{e:?} {f:?}");
             prop_assert!((e.time_s - f.time_s).abs() < 1e-6, "{e:?} {f:?}");
         }
@@ -115,7 +115,7 @@ fn asymmetric_friction_agrees_with_the_closed_form() {
     for (kinetic, holding) in [([0.3, 0.1], [0.4, 0.1]), ([0.05, 0.5], [0.05, 0.7]), ([0.0, 0.3], [0.2, 0.3])]
     {
         let friction = Friction::asymmetric(kinetic, holding).unwrap();
-        // Viscous damping all in the oscillator, and all in the law.
+        // Viscous damping entirely in the oscillator, and entirely in the law.
         let damped = Oscillator::kinematic(1.0, 0.06, 0.2).unwrap();
         let bare = Oscillator::kinematic(1.0, 0.0, 0.2).unwrap();
         let mut exact = Motion::with_friction(&damped, friction, drive.clone(), 0.0, 0.6, 0.0).unwrap();
@@ -135,8 +135,8 @@ fn asymmetric_friction_agrees_with_the_closed_form() {
 
 #[test]
 fn two_turns_close_together_are_both_found() {
-    // A second harmonic whose velocity only just overcomes that of the first: the mass turns and
-    // turns back, the sooner the nearer the harmonic is to the strength where the pair is born.
+    // A second harmonic whose velocity barely exceeds that of the first: the mass turns and turns back, after a time
+    // that vanishes as the strength approaches the value at which the pair appears.
     let o = Oscillator::kinematic(1.0, 0.02, 0.0).unwrap();
     let drive = |strength: f64| {
         let tones = [
@@ -171,7 +171,7 @@ fn two_turns_close_together_are_both_found() {
     assert!(last < 1e-3, "{last}");
 }
 
-/// Every kind of drive, closed form against integration, which share nothing but the drive.
+/// For every kind of drive, the closed form is compared with an integration that shares only the drive with it.
 #[test]
 fn every_drive_agrees_with_its_integration() {
     let tones = [

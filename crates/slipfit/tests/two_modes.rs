@@ -1,4 +1,4 @@
-//! Records of two modes: friction of the stronger one is found, and none where there is none.
+//! Records of two modes: the friction of the stronger one is found, and none is claimed where there is none.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
 use slipfit::motion::decay::FreeDecay;
@@ -43,7 +43,8 @@ fn record(q: f64, share: f64, [strength, ratio]: [f64; 2], noise_rms: f64, seed:
     (Record::new(time, signal).unwrap(), Truth { decay_rate, friction_displacement })
 }
 
-/// Analysed by default, each parameter within four standard errors, the second mode at its place.
+/// In a default analysis each parameter lies within four standard errors, and the second mode is found at its
+/// frequency.
 fn second_is_found(q: f64, share: f64, second: [f64; 2], noise_rms: f64) {
     for seed in 0..3 {
         let (record, truth) = record(q, share, second, noise_rms, seed);

@@ -125,7 +125,7 @@ pub struct Joint {
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RepeatScatter {
-    /// Standard deviation of friction over its value, of all conditions.
+    /// Standard deviation of friction over its value, common to all conditions.
     pub friction: f64,
     /// Standard deviation of damping over its value.
     pub damping: f64,

@@ -1,9 +1,8 @@
-//! A driven record reduced to one point of a resonance curve.
+//! Reduction of a driven record to one point of a resonance curve.
 //!
-//! What an oscillator does under a harmonic drive begins with a transient and
-//! ends in a steady motion at the frequency of the drive. [`demodulate`] takes
-//! the frequency from the recorded drive, finds where the transient has gone,
-//! and gives amplitude and phase of the fundamental from there on.
+//! The response of an oscillator to a harmonic drive begins with a transient and ends in a steady motion at the
+//! frequency of the drive. [`demodulate`] takes the frequency from the recorded drive, finds the end of the
+//! transient, and gives amplitude and phase of the fundamental after it.
 
 mod criteria;
 mod settle;
@@ -17,15 +16,15 @@ use sine::{PhaseLaw, Sine, Wave};
 
 use crate::signal::{blocks::wrap, criteria::SpectrumCriteria, spectrum};
 
-/// Choices for [`demodulate`]. The default finds everything by itself.
+/// Options of [`demodulate`]. By default everything is determined automatically.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub struct Options {
-    /// Frequency of the drive, Hz, where it is known better than the record tells.
+    /// Frequency of the drive, Hz, if it is known better than from the record.
     pub frequency_hz: Option<f64>,
-    /// Use nothing before this instant, s: the transient is not looked for.
+    /// Start of the stretch used, s; the end of the transient is then not searched for.
     pub start_s: Option<f64>,
-    /// Use nothing after this instant, s.
+    /// End of the stretch used, s.
     pub end_s: Option<f64>,
 }
 
@@ -37,8 +36,7 @@ pub struct SteadyMotion {
     pub frequency_hz: Quantity,
     /// Amplitude of the fundamental, in the response's unit.
     pub amplitude: Quantity,
-    /// Its phase against the drive, rad in (-pi, pi]: negative where it lags.
-    /// `None` without a recorded drive.
+    /// Its phase relative to the drive, rad in (-pi, pi]; negative for a lag. `None` without a recorded drive.
     pub phase_rad: Option<Quantity>,
     /// Amplitude of the drive's fundamental, in the drive's unit.
     pub drive_amplitude: Option<Quantity>,
@@ -46,37 +44,35 @@ pub struct SteadyMotion {
     pub start_s: f64,
     /// Its end, s.
     pub end_s: f64,
-    /// Samples in it.
+    /// Number of samples in it.
     pub samples: usize,
-    /// Cycles of the drive in it.
+    /// Number of drive cycles in it.
     pub cycles: f64,
-    /// How far the frequency of the drive wandered about its mean, root mean square, Hz.
+    /// Deviation of the drive frequency from its mean, root mean square, Hz.
     pub frequency_wander_hz: f64,
-    /// Length of the transient left out, s.
+    /// Length of the excluded transient, s.
     pub transient_s: f64,
-    /// Whether amplitude and phase had stopped moving.
+    /// Whether amplitude and phase had become constant.
     pub settled: bool,
-    /// Root mean square of what fundamental, harmonics, offset and drift leave.
+    /// Root mean square of the residuals after fundamental, harmonics, offset and drift.
     pub residual_rms: f64,
-    /// Factor on variances for autocorrelated residuals; 1 where they are white.
+    /// Variance inflation due to autocorrelated residuals; 1 if they are white.
     pub residual_excess: f64,
 }
 
 /// Amplitude and phase of the steady part of a driven record.
 ///
-/// The response is taken as
-/// `x = Re Z e^(i phi(t)) + harmonics 2 and 3 + offset + drift`, where `phi` is the phase of
-/// the drive: `omega t`, bent where the exciter changes its speed. The steady part begins where the phasors of
-/// whole cycles no longer differ from those that follow, and two decay times of the
-/// difference later; standard errors come from the scatter of these phasors where it
-/// exceeds that of white noise.
+/// The response is modelled as `x = Re Z e^(i phi(t)) + harmonics 2 and 3 + offset + drift`, where `phi` is the phase
+/// of the drive: `omega t`, with curvature if the exciter changes its speed. The steady part begins where the phasors
+/// of whole cycles no longer differ from those that follow, plus two decay times of the difference. Standard errors
+/// are estimated from the scatter of these phasors if it exceeds that of white noise.
 ///
-/// - `time_s`: rising; `response`, `drive`: of the same length, any units
+/// - `time_s`: increasing; `response`, `drive`: of the same length, any units
 ///
 /// # Errors
-/// [`Error::Length`] for columns of different length, [`Error::TimeBackwards`],
-/// [`Error::TooFewSamples`], [`Error::Parameter`] for an option out of range,
-/// [`Error::NoSteadyMotion`] where nothing oscillates or fewer than three cycles are left.
+/// [`Error::Length`] for columns of different length, [`Error::TimeBackwards`], [`Error::TooFewSamples`],
+/// [`Error::Parameter`] for an option out of range, [`Error::NoSteadyMotion`] if nothing oscillates or fewer than
+/// three cycles remain.
 ///
 /// ```
 /// use slipfit::signal::demodulate::{Options, demodulate};
@@ -101,7 +97,7 @@ pub fn demodulate(
     demodulate_with(time_s, response, drive, options, &Criteria::default())
 }
 
-/// [`demodulate`] with thresholds of your own.
+/// [`demodulate`] with custom thresholds.
 ///
 /// # Errors
 /// As [`demodulate`].
@@ -134,7 +130,7 @@ pub fn demodulate_with(
     };
     let first = settled.first;
     let (time, response, drive) = (&time[first..], &response[first..], drive.map(|d| &d[first..]));
-    // Now that the transient is gone the frequency is known better.
+    // Without the transient the frequency can be estimated more accurately.
     let leader = drive.unwrap_or(response);
     let given = options.frequency_hz.map(|f| Sine::known(time, leader, std::f64::consts::TAU * f));
     let leading = given.unwrap_or_else(|| Sine::refined(time, leader, omega, criteria));
@@ -199,7 +195,7 @@ fn oscillates(values: &[f64]) -> bool {
     high > low
 }
 
-/// Angular frequency of the drive, roughly.
+/// First estimate of the angular frequency of the drive.
 fn frequency(
     time: &[f64],
     response: &[f64],
@@ -215,14 +211,14 @@ fn frequency(
     if !oscillates(response) {
         return Err(none);
     }
-    // Without a drive the end of the record tells best: the transient has its own frequency.
+    // Without a drive the end of the record is most suitable, because the transient has its own frequency.
     let half = if drive.is_some() { 0 } else { time.len() / 2 };
     let leader = drive.unwrap_or(response);
     let lines = &SpectrumCriteria::default();
     let line = spectrum::dominant(&time[half..], &leader[half..], None, lines)
         .or_else(|| spectrum::dominant(time, leader, None, lines));
     let omega = line.map(|l| TAU * l.frequency_hz).filter(|w| *w > 0.0 && w.is_finite()).ok_or(none)?;
-    // A phase that runs away is no transient: the frequency must be right first.
+    // A phase that drifts steadily is not a transient: the frequency must be correct first.
     Ok(Sine::refined(&time[half..], &leader[half..], omega, criteria).map_or(omega, |sine| sine.omega))
 }
 

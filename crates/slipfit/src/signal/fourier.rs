@@ -1,7 +1,7 @@
-//! Fourier transform of real values, a power of two of them.
+//! Fourier transform of real values; their number is a power of two.
 //!
-//! Natively that of realfft, planned for the vector instructions at hand. In the browser one of rustfft's radix 4 alone:
-//! a planner brings algorithms for every other length, a twentieth of what the page weighs.
+//! Natively realfft is used, planned for the available vector instructions. In the browser only rustfft's radix 4 is
+//! used, because a planner would include algorithms for every other length, a twentieth of the page's size.
 
 #[cfg(not(target_arch = "wasm32"))]
 pub(super) use planned::{forward, inverse};
@@ -15,12 +15,12 @@ mod planned {
     use std::cell::RefCell;
 
     thread_local! {
-        // Planning costs more than one transform; records of one length share a plan.
+        // Planning costs more than one transform; records of equal length share a plan.
         static PLANNER: RefCell<RealFftPlanner<f64>> = RefCell::new(RealFftPlanner::new());
     }
 
-    /// The transform of n values, up to half the sampling rate (n/2 + 1 of them); `values` are written over. False, and
-    /// nothing done, where the lengths do not belong together.
+    /// The transform of n values, up to half the sampling rate (n/2 + 1 of them); `values` are overwritten. Returns
+    /// false without doing anything if the lengths do not match.
     pub(in crate::signal) fn forward(
         values: &mut [f64],
         spectrum: &mut [Complex<f64>],
@@ -31,7 +31,7 @@ mod planned {
         plan.process_with_scratch(values, spectrum, scratch).is_ok()
     }
 
-    /// The values of a transform, times their number; `spectrum` is written over.
+    /// The values of a transform, times their number; `spectrum` is overwritten.
     pub(in crate::signal) fn inverse(
         spectrum: &mut [Complex<f64>],
         values: &mut [f64],
@@ -52,14 +52,14 @@ mod radix4 {
     use std::collections::BTreeMap;
     use std::rc::Rc;
 
-    /// By their length and whether they lead forward.
+    /// By length and direction (true: forward).
     type Plans = BTreeMap<(usize, bool), Rc<Radix4<f64>>>;
 
     thread_local! {
         static PLANS: RefCell<Plans> = RefCell::default();
     }
 
-    /// Transforms complex numbers in place, as many as a power of two.
+    /// Transforms complex numbers in place; their number is a power of two.
     fn transform(numbers: &mut Vec<Complex<f64>>, direction: FftDirection) {
         let key = (numbers.len(), direction == FftDirection::Forward);
         let plan = PLANS.with_borrow_mut(|plans| {
@@ -75,8 +75,8 @@ mod radix4 {
         values.is_power_of_two() && spectrum == values / 2 + 1
     }
 
-    /// The transform of n values, up to half the sampling rate (n/2 + 1 of them). False, and nothing done, where the
-    /// lengths do not belong together.
+    /// The transform of n values, up to half the sampling rate (n/2 + 1 of them). Returns false without doing
+    /// anything if the lengths do not match.
     pub(in crate::signal) fn forward(
         values: &mut [f64],
         spectrum: &mut [Complex<f64>],
@@ -100,7 +100,7 @@ mod radix4 {
     ) -> bool {
         let fit = belong_together(values.len(), spectrum.len());
         if fit {
-            // A real signal's transform above half the rate is the conjugate of that below.
+            // The transform of a real signal above half the sampling rate is the conjugate of that below.
             let above = values.len() - spectrum.len();
             scratch.clear();
             scratch.extend_from_slice(spectrum);

@@ -6,23 +6,23 @@ use nalgebra::Complex;
 /// Power density of noise about a frequency.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Density {
-    /// Over the mean density up to half the sampling rate: 1 for white noise.
+    /// Relative to the mean density up to half the sampling rate: 1 for white noise.
     pub(crate) ratio: f64,
-    /// Density at the lowest frequencies over the mean one; 0 where the band of the motion reaches down to them.
+    /// Density at the lowest frequencies relative to the mean; 0 if the band of the motion extends down to them.
     pub(crate) lowest: f64,
     /// Degrees of freedom of that ratio.
     pub(crate) degrees: f64,
-    /// The ratio between the frequency and its second and third harmonic, and its degrees of freedom.
+    /// The ratio in the bands between the frequency and its second and third harmonics, and its degrees of freedom.
     between: [f64; 2],
 }
 
 impl Density {
-    /// The ratio less its own standard error: by which noise exceeds white noise for sure.
+    /// The ratio minus its own standard error: a lower bound on the excess over white noise.
     pub(crate) fn least_ratio(&self) -> f64 {
         less_its_error([self.ratio, self.degrees])
     }
 
-    /// The same of noise in second and third harmonics, by that beside them.
+    /// The same for the noise at the second and third harmonics, estimated from the bands next to them.
     pub(crate) fn least_ratio_at_harmonics(&self) -> f64 {
         less_its_error(self.between)
     }
@@ -32,19 +32,19 @@ fn less_its_error([ratio, degrees]: [f64; 2]) -> f64 {
     ratio * (1.0 - (2.0 / degrees).sqrt())
 }
 
-/// Relative width of the band about a frequency in which the density of noise is that at it.
+/// Relative band around a frequency in which the noise density is taken as that at the frequency.
 const BAND: [f64; 2] = [0.5, 1.5];
-/// And of the bands beside its harmonics, where nothing of them or of the motion is.
+/// The same for the bands next to the harmonics, which contain neither harmonics nor the motion.
 const BETWEEN: [[f64; 2]; 2] = [[1.25, 1.75], [2.25, 2.75]];
-/// Bins of independent noise that a Hann window merges into one.
+/// Number of independent noise bins merged into one by a Hann window.
 const HANN_BINS: f64 = 1.5;
-/// Relative deviation of the mean step of a clock from the median one that is still an even clock.
+/// Maximum relative deviation of the mean step of a clock from its median step for a uniform clock.
 const EVEN: f64 = 0.01;
-/// Bins of a spectrum that tell how an offset wanders.
+/// Number of lowest bins used to estimate the wander of an offset.
 const LOWEST: usize = 12;
 
-/// The density of residuals about a frequency, which sets how well an oscillation there is known;
-/// `None` for an uneven clock, whose interpolation is no white noise, or less than a cycle.
+/// The noise density of residuals around a frequency, which determines the accuracy of an oscillation there; `None`
+/// for a non-uniform clock, whose interpolation colours the noise, or for less than a cycle.
 pub(crate) fn density_near(time: &[f64], residuals: &[f64], frequency_hz: f64) -> Option<Density> {
     let steps = (time.len().max(2) - 1) as f64;
     let mean_step = (time.last()? - time.first()?) / steps;
@@ -56,7 +56,7 @@ pub(crate) fn density_near(time: &[f64], residuals: &[f64], frequency_hz: f64) -
     transform(&grid, |spectrum| density_of(spectrum, bin, duration, frequency_hz))?
 }
 
-/// The same of a transform.
+/// The same, from a transform.
 fn density_of(spectrum: &[Complex<f64>], bin: f64, duration: f64, frequency_hz: f64) -> Option<Density> {
     let power = |range: std::ops::Range<usize>| {
         let part = spectrum.get(range)?;
@@ -66,7 +66,7 @@ fn density_of(spectrum: &[Complex<f64>], bin: f64, duration: f64, frequency_hz: 
     let (from, to) = (index(BAND[0] * frequency_hz), index(BAND[1] * frequency_hz));
     let white = power(1..spectrum.len())?;
     let ratio = power(from..to)? / white;
-    // The lowest bins hold the offset, which is fitted.
+    // The lowest bins contain the offset, which is fitted.
     let lowest_end = index((LOWEST as f64 * bin).min(BAND[0] * frequency_hz));
     let lowest = power(1..lowest_end).map_or(0.0, |p| p / white);
     let degrees_of = |bins: usize| 2.0 * bins as f64 * bin * duration / HANN_BINS;
@@ -80,7 +80,7 @@ fn density_of(spectrum: &[Complex<f64>], bin: f64, duration: f64, frequency_hz: 
             bins += count;
         }
     }
-    // Of few samples a cycle there are no such bands, and hardly harmonics.
+    // With few samples per cycle there are no such bands, and hardly any harmonics.
     let between = if bins > 0 { [sum / bins as f64 / white, degrees_of(bins)] } else { [ratio, degrees] };
     (ratio.is_finite() && lowest.is_finite() && degrees > 0.0).then_some(Density {
         ratio,
@@ -133,7 +133,7 @@ mod tests {
         let found = density_near(&time, &coloured, 1.0 / 30.0).unwrap();
         let expected = (1.0 - a * a) / (1.0 + a * a - 2.0 * a * (2.0 * PI / 30.0).cos());
         assert!((found.ratio / expected - 1.0).abs() < 0.25, "{found:?} for {expected}");
-        // An uneven clock is interpolated, which colours any noise.
+        // A non-uniform clock is interpolated, which colours any noise.
         let uneven: Vec<f64> =
             time.iter().map(|t| t + 0.4 * (t * t).sin() + if *t > 1e4 { *t } else { 0.0 }).collect();
         assert_eq!(density_near(&uneven, &white, 1.0 / 30.0), None);

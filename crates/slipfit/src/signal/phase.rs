@@ -1,8 +1,7 @@
-//! One smooth phase through the phases of the blocks.
+//! Fit of one smooth phase to the phases of the blocks.
 //!
-//! A smooth phase is what lets the amplitude be read as a signed projection:
-//! its mean stays the amplitude however weak the signal, where the modulus
-//! carries the Rice bias `E[R²] = A² + 2 sigma²`.
+//! With a smooth phase the amplitude can be computed as a signed projection: its mean remains the amplitude however
+//! weak the signal, whereas the modulus has the Rice bias `E[R²] = A² + 2 sigma²`.
 
 use super::blocks::{Block, PhaseAt};
 use super::criteria::PhaseCriteria;
@@ -14,36 +13,37 @@ use crate::numeric::robust::median;
 use nalgebra::DVector;
 use std::f64::consts::TAU;
 
-/// How the phase depends on time and amplitude:
-/// `phi = p0 + w (tau + c2 I2 + c4 I4 + d (tau - T/2)²/2)`, `I_k` the integral of `A^k`.
+/// Dependence of the phase on time and amplitude: `phi = p0 + w (tau + c2 I2 + c4 I4 + d (tau - T/2)²/2)`, where
+/// `I_k` is the integral of `A^k`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct PhaseLaw {
-    /// Rate at vanishing amplitude, in the middle of the stretch, rad/s.
+    /// Angular frequency at vanishing amplitude, in the middle of the stretch, rad/s.
     pub(crate) omega: f64,
-    /// Mean rate over the stretch, what weights that know of a walk add to it, and the standard error of both.
+    /// Mean angular frequency over the stretch, the correction to it from weights that include a random walk, and the
+    /// standard error of both.
     pub(crate) mean_omega: f64,
     pub(crate) mean_omega_beside_walk: f64,
     pub(crate) mean_omega_std: f64,
     pub(crate) quadratic: f64,
     pub(crate) quartic: f64,
     pub(crate) drift: f64,
-    /// Whether a drift or a walk changes the frequency by more than a small part of what the amplitude does.
+    /// Whether a drift or a walk changes the frequency by more than a small part of the change due to the amplitude.
     pub(crate) wanders: bool,
-    /// Variance that the phase gains in a second by a random walk, rad²/s; zero where none is seen.
+    /// Variance added to the phase per second by a random walk, rad²/s; zero if none is detected.
     pub(crate) walk: f64,
-    /// The same as far as it goes on within cycles, where amplitudes feel it.
+    /// The same, limited to the part within cycles, which affects amplitudes.
     pub(crate) walk_in_cycles: f64,
 }
 
 impl PhaseLaw {
-    /// Frequency against amplitude as it bends the loss too. Beside a drift in time or a walk of similar size it may be
-    /// part of that, and none is assumed.
+    /// Frequency shift by the amplitude as it also changes the loss. With a drift in time or a walk of similar size,
+    /// the shift may be part of that, and none is assumed.
     pub(crate) fn backbone(&self) -> [f64; 2] {
         if self.wanders { [0.0; 2] } else { [self.quadratic, self.quartic] }
     }
 
-    /// Rate of which amplitude laws and derivatives count: that at vanishing amplitude, or where it is not known for a
-    /// drift or a walk the mean, rad/s.
+    /// Reference angular frequency of amplitude laws and derivatives, rad/s: that at vanishing amplitude, or the mean
+    /// if a drift or a walk makes it uncertain.
     pub(crate) fn reference_omega(&self) -> f64 {
         if self.wanders { self.mean_omega } else { self.omega }
     }
@@ -55,27 +55,27 @@ impl PhaseLaw {
     }
 }
 
-/// Smooth phases at the blocks and the law behind them.
+/// Smooth phases at the blocks and the phase law.
 #[derive(Debug, Clone)]
 pub(crate) struct Smooth {
     pub(crate) at: Vec<PhaseAt>,
     pub(crate) law: PhaseLaw,
-    /// The law holds; otherwise the phase was smoothed locally.
+    /// Whether the law holds; otherwise the phase was smoothed locally.
     pub(crate) follows_law: bool,
 }
 
-/// Inverse variance of the phase of a block. None is trusted beyond 1e-4 rad: the exact motion itself bends it
-/// by x_F/A.
+/// Inverse variance of the phase of a block. The accuracy is limited to 1e-4 rad, because the exact motion itself
+/// shifts the phase by x_F/A.
 pub(crate) fn phase_weight(block: &Block, noise_rms: f64) -> f64 {
     let variance = block.unit_variance * noise_rms * noise_rms;
     let strength = block.amplitude.hypot(block.quadrature);
     1.0 / (variance / (strength * strength).max(f64::MIN_POSITIVE) + 1e-8)
 }
 
-/// Fits backbone laws of growing freedom to the phases of `blocks`, keeps the
-/// one the BIC prefers, and falls back to local smoothing where none holds.
+/// Fits backbone laws of increasing complexity to the phases of `blocks`, selects one by the BIC, and falls back to
+/// local smoothing if none holds.
 ///
-/// `amplitude` is a smooth amplitude at the blocks, `noise_rms` that of one sample.
+/// `amplitude` is a smooth amplitude at the blocks, `noise_rms` the noise of one sample.
 pub(crate) fn smooth(
     blocks: &[Block],
     amplitude: &[f64],
@@ -102,7 +102,8 @@ pub(crate) fn smooth(
         Column::Chirp => (tau[j] / span - 0.5).powi(2),
     };
     let row = |j: usize, columns: &[Column]| -> Vec<f64> { columns.iter().map(|c| at(j, *c)).collect() };
-    // Only strong blocks take part: a weak one may have slipped a turn. One among weak ones is noise.
+    // Only strong blocks are used: a weak one may be wrong by a turn, and an isolated strong one among weak ones is
+    // noise.
     let is_strong = |j: usize| weight.get(j).is_some_and(|w| *w > criteria.least_weight);
     let beside_strong = |j: usize| j > 0 && is_strong(j - 1) || is_strong(j + 1);
     let strong: Vec<usize> = (0..blocks.len()).filter(|&j| is_strong(j) && beside_strong(j)).collect();
@@ -110,8 +111,9 @@ pub(crate) fn smooth(
         return None;
     }
     unslip(&mut phase, &tau, &weight, span, criteria.sure_weight);
-    // Phases of thousands of turns known to a ten-thousandth of one: their squares leave no digit for what is left of
-    // them. A line is taken off first, and what each law leaves is summed of itself.
+    // Phases of thousands of turns are known to a ten-thousandth of a turn: the rounding of their squares would swamp
+    // the residuals. Therefore a straight line is subtracted first, and the residuals of each law are summed
+    // directly.
     let line = linear(strong.iter().map(|&j| (row(j, MODELS[0]), phase[j], weight[j])), MODELS[0].len())?.0;
     let rows: Vec<_> = strong.iter().map(|&j| EVERY.map(|column| at(j, column))).collect();
     let above: Vec<f64> = strong.iter().map(|&j| phase[j] - model_at(&row(j, MODELS[0]), &line)).collect();
@@ -136,7 +138,8 @@ pub(crate) fn smooth(
         let rss = left_of(&c, &places);
         c.iter_mut().zip(&line).for_each(|(c, line)| *c += line);
         let n = strong.len() as f64;
-        // The noise is known, so is the scale: chi-squared, not its logarithm, unless it is in excess.
+        // The noise and thus the scale is known: chi-squared is used, not its logarithm, unless the residuals exceed
+        // it.
         let score =
             bic(rss.max(n), n, n, columns.len()) + if columns.len() > 2 { criteria.bic_price } else { 0.0 };
         if best.as_ref().is_none_or(|b| score < b.score) {
@@ -152,7 +155,7 @@ pub(crate) fn smooth(
         *p += TAU * ((m - *p) / TAU).round();
     }
     let left: Vec<f64> = phase.iter().zip(&model).map(|(p, m)| p - m).collect();
-    // A phase that walks is off by more the longer it walks.
+    // The error of a phase with a random walk grows with time.
     let residuals: Vec<f64> = strong.iter().map(|&j| (phase[j] - model[j]) * weight[j].sqrt()).collect();
     let scatters_little = excess < criteria.most_excess;
     let inflation =
@@ -172,20 +175,20 @@ pub(crate) fn smooth(
     let walk = walk_rate(&every.collect::<Vec<_>>(), is_selected, criteria.walk_errors).unwrap_or(0.0);
     let get = |which: Column| columns.iter().position(|&x| x == which).map_or(0.0, |i| c[i]);
     let omega = get(Column::Time) / span;
-    // Mean rate over the stretch: the difference of two phases, each a combination of the coefficients.
+    // Mean frequency over the stretch: the difference of two phases, each a combination of the coefficients.
     let last = blocks.len() - 1;
     let across: Vec<f64> = row(last, columns).iter().zip(row(0, columns)).map(|(a, b)| a - b).collect();
     let across_variance: f64 = (0..columns.len())
         .flat_map(|i| (0..columns.len()).map(move |k| (i, k)))
         .map(|(i, k)| across[i] * across[k] * covariance[(i, k)])
         .sum();
-    // Weights that know of the walk: the mean rate is that from the first phase to the last.
+    // With weights that include the walk, the mean frequency is that from the first phase to the last.
     let beside = if walk > 0.0 { Smoothed::beside(&errors, walk) } else { None };
     let walked = beside.map(|smoothed| smoothed.combined(&DVector::from_column_slice(&across)));
     let (further, variance) = walked.unwrap_or((0.0, across_variance.max(0.0) * excess.max(1.0) * inflation));
     let shift = (get(Column::Square) + get(Column::Fourth)) / span / omega;
     let drift = 2.0 * get(Column::Chirp) / (span * span) / omega;
-    // Over the stretch.
+    // Changes over the stretch.
     let other = (drift * span).hypot((walk / span).sqrt() / omega);
     let law = PhaseLaw {
         omega,
@@ -199,7 +202,7 @@ pub(crate) fn smooth(
         walk,
         walk_in_cycles: walk,
     };
-    // A phase error e costs the amplitude e²/2: tolerable while that stays below the noise.
+    // A phase error e reduces the amplitude by e²/2, which is tolerable as long as it stays below the noise.
     let mut errors: Vec<f64> = weight.iter().map(|w| 1.0 / w.sqrt()).collect();
     let typical_noise = median(&mut errors)?;
     let follows_law = omega > 0.0
@@ -207,7 +210,7 @@ pub(crate) fn smooth(
         && (scatters_little
             || 0.5 * mean_square < criteria.amplitude_cost * typical_noise
             || lags_by_friction(&strong, |j| row(j, columns), &left, [&weight, amplitude], criteria));
-    // What it costs counts against the errors of all amplitudes together.
+    // The loss of amplitude is compared with the errors of all amplitudes together.
     let lost: f64 = strong
         .iter()
         .map(|&j| weight[j] * (0.5 * ((phase[j] - model[j]).powi(2) - 1.0 / weight[j])).powi(2))
@@ -230,9 +233,10 @@ pub(crate) fn smooth(
     Some(Smooth { at, law, follows_law })
 }
 
-/// Whether phases follow the law, of which `left` is left, apart from the lag due to sliding friction. The place of equilibrium is displaced by
-/// `x_F` against the motion, so that the fundamental lags by `3/pi x_F/A` to first order; terms of second order, large in
-/// the last swings before the rest, count as an error of the phase. The last block may hold the rest and have no phase.
+/// Whether phases follow the law (with residuals `left`), apart from the lag due to sliding friction. The equilibrium
+/// position is displaced by `x_F` against the motion, so that the fundamental lags by `3/pi x_F/A` to first order;
+/// terms of second order, large in the last swings before rest, count as an error of the phase. The last block may
+/// contain the rest and have no phase.
 fn lags_by_friction(
     strong: &[usize],
     row: impl Fn(usize) -> Vec<f64>,
@@ -256,8 +260,8 @@ fn lags_by_friction(
     lags(strong) || strong.split_last().is_some_and(|(_, before)| lags(before))
 }
 
-/// Takes back turns lost in the noise: a line through the surest half of the
-/// phases seen so far says where the next ones must lie.
+/// Corrects turns lost in the noise: a line through the most accurate half of the phases so far predicts the next
+/// ones.
 fn unslip(phase: &mut [f64], tau: &[f64], weight: &[f64], span: f64, sure_weight: f64) {
     let n = phase.len();
     let sure = weight.iter().position(|&w| w < sure_weight).unwrap_or(n);
@@ -298,13 +302,13 @@ enum Column {
     Chirp,
 }
 
-/// All columns, in their order.
+/// All columns, in order.
 const EVERY: [Column; 5] = [Column::One, Column::Time, Column::Square, Column::Fourth, Column::Chirp];
 
 /// Columns that are free while the random walk of the phase is estimated.
 const WIDEST: [Column; 4] = [Column::One, Column::Time, Column::Square, Column::Chirp];
 
-/// Each begins with a line.
+/// Each begins with a straight line.
 const MODELS: [&[Column]; 5] = [
     &[Column::One, Column::Time],
     &[Column::One, Column::Time, Column::Square],
@@ -313,7 +317,7 @@ const MODELS: [&[Column]; 5] = [
     &[Column::One, Column::Time, Column::Square, Column::Chirp],
 ];
 
-/// Running integral of `f(amplitude)` over time, trapezoids.
+/// Running integral of `f(amplitude)` over time, by the trapezoidal rule.
 fn integral(tau: &[f64], amplitude: &[f64], f: impl Fn(f64) -> f64) -> Vec<f64> {
     let mut sum = 0.0;
     let mut out = vec![0.0];
@@ -324,7 +328,7 @@ fn integral(tau: &[f64], amplitude: &[f64], f: impl Fn(f64) -> f64) -> Vec<f64> 
     out
 }
 
-/// Weighted parabola through the neighbours, as many as have the weight.
+/// Weighted parabola through as many neighbours as have the required total weight.
 fn local(tau: &[f64], phase: &[f64], weight: &[f64], enough: f64) -> Vec<PhaseAt> {
     let n = tau.len();
     (0..n)
@@ -338,7 +342,7 @@ fn local(tau: &[f64], phase: &[f64], weight: &[f64], enough: f64) -> Vec<PhaseAt
                 reach += 1;
             }
             let (mut a, mut b) = (j.saturating_sub(reach), (j + reach + 1).min(n));
-            // One-sided at the ends, but with as many points.
+            // One-sided at the ends, but with the same number of points.
             if a == 0 {
                 b = (2 * reach + 1).min(n);
             }

@@ -1,21 +1,22 @@
-//! Detection of a jump of the phase, as after a knock.
+//! Detection of a step of the phase, as after a knock.
 
 use super::blocks::Block;
 use super::criteria::PhaseCriteria;
 use super::phase::phase_weight;
 use crate::numeric::robust::deviation;
 
-/// A jump of the phase.
+/// A step of the phase.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct PhaseStep {
     pub(crate) time_s: f64,
     pub(crate) radians: f64,
 }
 
-/// The largest step of the phase from one block to the next but one: a knock within a block shows on both sides of it.
+/// The largest step of the phase across two blocks: a knock within a block shows on both sides of it.
 ///
-/// It exceeds its own error, or where all such changes scatter by more that of their scatter, by
-/// [`PhaseCriteria::step_errors`], and those beside it by [`PhaseCriteria::step_isolated`] times: a phase that walks, drifts or beats does so everywhere.
+/// It must exceed its own error (or the scatter of all such changes, if that is larger) by the factor
+/// [`PhaseCriteria::step_errors`], and the changes next to it by the factor [`PhaseCriteria::step_isolated`], because
+/// a phase that walks, drifts or beats changes everywhere.
 pub(crate) fn phase_step(blocks: &[Block], noise_rms: f64, criteria: &PhaseCriteria) -> Option<PhaseStep> {
     let weight: Vec<f64> = blocks.iter().map(|b| phase_weight(b, noise_rms)).collect();
     let sure = weight.iter().position(|w| *w < criteria.sure_weight).unwrap_or(weight.len());
@@ -26,14 +27,14 @@ pub(crate) fn phase_step(blocks: &[Block], noise_rms: f64, criteria: &PhaseCrite
     }
     let rates: Vec<f64> =
         blocks.windows(2).map(|w| (w[1].phase - w[0].phase) / (w[1].time_s - w[0].time_s)).collect();
-    // Of the changes across the blocks `i + 1`, each made of two rates.
+    // Changes across the blocks `i + 1`, each made of two rates.
     let across = |i: usize| blocks[i + 2].time_s - blocks[i].time_s;
     let change = |i: usize| {
         let before = i.saturating_sub(beside)..i;
         let after = i + 2..(i + 2 + beside).min(rates.len());
         let mut around = [&rates[before], &rates[after]].concat();
         around.sort_unstable_by(f64::total_cmp);
-        // Of a rate that drifts the two in the middle lie on either side.
+        // If the rate drifts, the two middle values lie on either side.
         let rate = 0.5 * (around[(around.len() - 1) / 2] + around[around.len() / 2]);
         blocks[i + 2].phase - blocks[i].phase - rate * across(i)
     };
@@ -41,7 +42,7 @@ pub(crate) fn phase_step(blocks: &[Block], noise_rms: f64, criteria: &PhaseCrite
     let own = |i: usize| changes[i].abs() / (1.0 / weight[i] + 1.0 / weight[i + 2]).sqrt();
     let scatter = deviation((0..changes.len()).map(own))?.max(1.0);
     let errors = |i: usize| own(i) / scatter;
-    // At the ends there is one side alone, and a law that bends there looks like a step.
+    // At the ends there are neighbours on one side only, and a curved law looks like a step.
     let inside = beside..changes.len().saturating_sub(beside);
     let largest = inside.max_by(|a, b| errors(*a).total_cmp(&errors(*b)))?;
     let around = (largest.saturating_sub(beside)..=largest + beside).filter(|i| i.abs_diff(largest) > 1);
@@ -58,7 +59,7 @@ mod tests {
 
     const NOISE: f64 = 0.01;
 
-    /// Sixty blocks of 0.5 s whose phases bend with the amplitude, with errors of their own and what `extra` adds.
+    /// Sixty blocks of 0.5 s whose phases depend on the amplitude, with independent errors and the addition `extra`.
     fn step(repeat: usize, extra: impl Fn(f64) -> f64) -> Option<PhaseStep> {
         let block = |i: usize| {
             let time_s = 0.5 * i as f64;

@@ -1,40 +1,42 @@
-//! A phase that walks at random beside its noise.
+//! Estimation of a random walk of the phase in the presence of noise.
 //!
-//! The phase of an oscillator whose frequency has white noise is a random walk. Beside the noise of its measurement it
-//! is a local level (A. C. Harvey, *Forecasting, Structural Time Series Models and the Kalman Filter*, 1989, section
-//! 4.2); the likelihood is that of the part that no smooth phase explains (restricted likelihood, ibid. 3.4.3).
+//! The phase of an oscillator with white frequency noise is a random walk. With additional measurement noise it is a
+//! local level model (A. C. Harvey, *Forecasting, Structural Time Series Models and the Kalman Filter*, 1989, section
+//! 4.2); the likelihood is that of the part not explained by a smooth phase (restricted likelihood, ibid. 3.4.3).
 
 use nalgebra::{DMatrix, DVector};
 use pulp::{Simd, WithSimd};
 
-/// What a smooth phase leaves of the phase at an instant, rad.
+/// Residual of the phase at one time after a smooth phase, rad.
 #[derive(Debug, Clone)]
 pub(crate) struct PhaseError {
     pub(crate) time_s: f64,
     pub(crate) error: f64,
-    /// Inverse of its variance by noise.
+    /// Inverse of its variance due to noise.
     pub(crate) weight: f64,
-    /// `c T` of a mean over a time `T` with a kernel of cumulative weight `F`, `c` the integral of `F (1 - F)` over it:
-    /// 1/6 of an even mean.
+    /// `c T` of a mean over a time `T` with a kernel of cumulative weight `F`, where `c` is the integral of `F (1 -
+    /// F)` over it: 1/6 for a uniform mean.
     pub(crate) averaged_s: f64,
-    /// Derivatives of the smooth phase by its parameters, a constant phase among them.
+    /// Derivatives of the smooth phase with respect to its parameters, including a constant phase.
     pub(crate) smooth: Vec<f64>,
 }
 
-/// Part of the square of the standard errors by which a walk stands out, in the logarithm of the likelihood at one rate in so many from which on all rates are tried.
+/// Gain in log-likelihood, as a part of the squared detection threshold in standard errors, that one of the first few
+/// rates must reach before all rates are tried.
 const WORTH_A_LOOK: f64 = 0.25;
-/// Rates from one of the first look to the next: with the absence of a walk there are [`RATES`], found side by side.
+/// Spacing of the rates in the first pass: with the absence of a walk there are [`RATES`], computed side by side.
 const FIRST_STEP: usize = 4;
-/// Rates tried: variance of the walk over all of the time in variances of the noise of one phase.
+/// Range of rates tried: variance of the walk over the total time, in variances of the noise of one phase.
 const DECADES: std::ops::RangeInclusive<i32> = -3..=6;
-/// Rates tried in each decade.
+/// Number of rates tried per decade.
 const PER_DECADE: i32 = 3;
 
-/// Variance that the phase gains in a second by walking, rad²/s; `None` where the phases show no walk that stands out of
-/// the noise by so many standard `errors_out`.
+/// Variance added to the phase per second by a random walk, rad²/s; `None` if no walk exceeds the noise by
+/// `errors_out` standard errors.
 ///
-/// All columns are free while it is estimated, since those selected have already fitted part of the walk. Columns that are
-/// not `selected` may explain all of it, and have no part in the motion: what the selected ones leave is then the walk.
+/// All columns are free while the walk is estimated, because the selected ones have already fitted part of it.
+/// Columns that are not `selected` may explain all of it although they have no part in the motion: the residuals of
+/// the selected ones are then the walk.
 pub(crate) fn walk_rate(
     errors: &[PhaseError],
     selected: impl Fn(usize) -> bool,
@@ -52,8 +54,8 @@ pub(crate) fn walk_rate(
     })
 }
 
-/// The mean of the distribution of the rate given the phases (by Jeffreys' prior): errors from it are those of Student's
-/// distribution where steps are few. `None` where no rate stands out.
+/// The posterior mean of the rate given the phases (with Jeffreys' prior): errors computed from it are those of
+/// Student's distribution if there are few steps. `None` if no rate is significant.
 fn rate_beside(errors: &[PhaseError], errors_out: f64) -> Option<f64> {
     let n = errors.len();
     let columns = errors.first()?.smooth.len();
@@ -77,7 +79,7 @@ fn rate_beside(errors: &[PhaseError], errors_out: f64) -> Option<f64> {
         Some((found[0]?, of_rates.filter_map(|(rate, value)| Some((rate, (*value)?))).collect::<Vec<_>>()))
     };
     let least_of = |tried: &[(f64, f64)]| tried.iter().map(|(_, l)| *l).min_by(f64::total_cmp);
-    // Most phases do not walk: one rate in a decade or so comes near the likelihood of the best.
+    // Most phases have no walk: about one rate per decade is enough to come close to the best likelihood.
     let (still, few) = tried(FIRST_STEP)?;
     if !(still - least_of(&few)? > WORTH_A_LOOK * errors_out.powi(2)) {
         return None;
@@ -89,7 +91,7 @@ fn rate_beside(errors: &[PhaseError], errors_out: f64) -> Option<f64> {
     }
     let (mut sum, mut total) = (0.0, 0.0);
     for (rate, value) in tried {
-        // Even steps of the logarithm: the density is that by the logarithm.
+        // Equal steps of the logarithm: the density is with respect to the logarithm.
         let density = (-0.5 * (value - least)).exp() * rate * prior(errors, rate);
         sum += density * rate;
         total += density;
@@ -97,7 +99,7 @@ fn rate_beside(errors: &[PhaseError], errors_out: f64) -> Option<f64> {
     Some(sum / total).filter(|rate| rate.is_finite())
 }
 
-/// Jeffreys' prior of the rate: the root of the information that the steps have of it.
+/// Jeffreys' prior of the rate: the root of the information of the steps about it.
 fn prior(errors: &[PhaseError], rate: f64) -> f64 {
     let information = |pair: &[PhaseError]| {
         let duration = pair[1].time_s - pair[0].time_s;
@@ -107,10 +109,10 @@ fn prior(errors: &[PhaseError], rate: f64) -> f64 {
     errors.windows(2).map(information).sum::<f64>().sqrt()
 }
 
-/// Columns of a smooth phase, at most: those of a phase that bends and drifts, and an offset.
+/// Maximum number of columns of a smooth phase: those of a phase with backbone and drift, and an offset.
 const COLUMNS: usize = 5;
 
-/// The phases as the filter takes them, their columns scaled to a largest entry of one.
+/// The phases in the form used by the filter, with columns scaled to a largest entry of one.
 struct Phases {
     columns: usize,
     scale: [f64; COLUMNS],
@@ -118,29 +120,29 @@ struct Phases {
     steps: Vec<Step>,
 }
 
-/// From one phase to the next.
+/// Step from one phase to the next.
 struct Step {
     passed_s: f64,
     noise_variance: f64,
     averaged_s: f64,
-    /// The columns, and the error behind them.
+    /// The columns, followed by the error.
     row: [f64; COLUMNS + 1],
 }
 
-/// Rates whose innovations are found side by side.
+/// Number of rates whose innovations are computed side by side.
 const RATES: usize = 8;
 
-/// A number for each of some rates.
+/// One number for each of several rates.
 type Lanes<const N: usize> = [f64; N];
 
-/// Sums over the innovations beside walks of some rates, weighted by their variances: the lower triangle of their
-/// products, and the logarithm of the determinant, which is not a number where the rate gives no variance.
+/// Sums over the innovations for walks of several rates, weighted by their inverse variances: the lower triangle of
+/// their products, and the log determinant, which is NaN if the rate gives no variance.
 struct Innovations<const N: usize> {
     products: [[Lanes<N>; COLUMNS + 1]; COLUMNS + 1],
     log_determinant: Lanes<N>,
 }
 
-/// The filter of the level beside walks of some rates.
+/// The filter of the level for walks of several rates.
 struct Filter<'a, const N: usize> {
     phases: &'a Phases,
     rates: Lanes<N>,
@@ -149,12 +151,12 @@ struct Filter<'a, const N: usize> {
 impl<const N: usize> WithSimd for Filter<'_, N> {
     type Output = Innovations<N>;
 
-    /// Over the error and every column alike.
+    /// Filters the error and all columns in the same way.
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> Innovations<N> {
         let Self { phases, rates } = self;
         let rows = phases.columns + 1;
-        // What is known of the level at first changes nothing beside a constant phase.
+        // The initial knowledge of the level has no effect if there is a constant phase.
         let mut level = [[0.0; N]; COLUMNS + 1];
         let mut variance = rates.map(|rate| 2.0 * rate * phases.first_averaged_s);
         let mut sums =
@@ -165,7 +167,8 @@ impl<const N: usize> WithSimd for Filter<'_, N> {
                 let (mut weight, mut gain) = ([0.0; N], [0.0; N]);
                 for n in 0..N {
                     let moved = variance[n] + rates[n] * step.passed_s;
-                    // Steps between means of a walk are correlated as those of a walk with so much less noise.
+                    // Differences of means of a walk are correlated like those of a walk with correspondingly less
+                    // noise.
                     let total = moved + step.noise_variance - rates[n] * step.averaged_s;
                     weight[n] = 1.0 / total;
                     gain[n] = moved * weight[n];
@@ -195,7 +198,7 @@ impl<const N: usize> WithSimd for Filter<'_, N> {
     }
 }
 
-/// Variances whose product no number is too small for.
+/// Number of variances whose product cannot underflow.
 const FACTORS: usize = 4;
 
 impl Phases {
@@ -220,13 +223,12 @@ impl Phases {
         Some(Self { columns, scale, first_averaged_s: first.averaged_s, steps })
     }
 
-    /// The innovations beside walks of some rates.
+    /// The innovations for walks of several rates.
     fn innovations<const N: usize>(&self, rates: Lanes<N>) -> Innovations<N> {
         crate::numeric::dispatch(Filter { phases: self, rates })
     }
 
-    /// Minus twice the logarithm of the restricted likelihood of some rates, but for a constant; `None` where there is
-    /// none.
+    /// Minus twice the restricted log-likelihood of several rates, up to a constant; `None` if there is none.
     fn minus_two_logs(&self, rates: &[f64]) -> Vec<Option<f64>> {
         let side_by_side = std::array::from_fn(|n| rates.get(n).or(rates.last()).copied().unwrap_or(0.0));
         let innovations: Innovations<RATES> = self.innovations(side_by_side);
@@ -234,7 +236,7 @@ impl Phases {
     }
 
     fn minus_two_log(&self, innovations: &Innovations<RATES>, n: usize) -> Option<f64> {
-        // Cholesky's factor of the products, the error last: what it leaves on the diagonal is the sum of squares.
+        // Cholesky factor of the products, with the error last: its diagonal element is the residual sum of squares.
         let mut factor = [[0.0; COLUMNS + 1]; COLUMNS + 1];
         let mut minus_two_log = innovations.log_determinant[n];
         for k in 0..=self.columns {
@@ -259,7 +261,7 @@ impl Phases {
     }
 }
 
-/// A smooth phase fitted beside a walk of a given rate, by generalised least squares.
+/// A smooth phase fitted in the presence of a walk of a given rate, by generalised least squares.
 pub(crate) struct Smoothed {
     /// Its parameters, and their covariance.
     pub(crate) parameters: DVector<f64>,
@@ -267,7 +269,7 @@ pub(crate) struct Smoothed {
 }
 
 impl Smoothed {
-    /// `None` where the phases do not determine the smooth one.
+    /// `None` if the phases do not determine the smooth phase.
     pub(crate) fn beside(errors: &[PhaseError], rate: f64) -> Option<Self> {
         let phases = Phases::new(errors)?;
         let Phases { columns, scale, .. } = phases;
@@ -284,7 +286,7 @@ impl Smoothed {
         parameters.iter().all(|p| p.is_finite()).then_some(Self { parameters, covariance })
     }
 
-    /// A combination of the parameters, and its variance.
+    /// A linear combination of the parameters, and its variance.
     pub(crate) fn combined(&self, across: &DVector<f64>) -> (f64, f64) {
         (across.dot(&self.parameters), across.dot(&(&self.covariance * across)))
     }
@@ -295,10 +297,10 @@ mod tests {
     use super::*;
     use crate::noise::jitter;
 
-    /// One phase without a walk in 20.
+    /// One phase without a walk in 20 exceeds this.
     const ERRORS: f64 = 1.6;
 
-    /// A line of phases, `n` in as many seconds, with noise of variance 1/weight and a walk.
+    /// `n` phases on a line, one per second, with noise of variance 1/weight and a walk.
     fn phases(n: usize, weight: f64, rate: f64, seed: usize) -> Vec<PhaseError> {
         let mut level = 0.0;
         let of = |i: usize| {
@@ -309,7 +311,7 @@ mod tests {
         (0..n).map(of).collect()
     }
 
-    /// The intervals of a mean rate hold it as often as they say, with few steps and with many.
+    /// The intervals of a mean rate have the stated coverage, with few steps and with many.
     #[test]
     fn intervals_of_the_rate_hold_the_truth() {
         for n in [8, 40, 200] {
@@ -334,7 +336,7 @@ mod tests {
         assert!(walking < 40, "{walking} of 400");
     }
 
-    /// The rate of a walk seen through means over all of the time between them is that of the walk.
+    /// The rate of a walk is estimated correctly from means over the full time between them.
     #[test]
     fn means_of_a_walk_tell_its_rate() {
         const PARTS: usize = 20;
@@ -365,8 +367,8 @@ mod tests {
         assert!((mean / rate - 1.0).abs() < 0.15, "{mean} for {rate}");
     }
 
-    /// Without noise the steps of a walk are independent: the slope is the way from the first phase to the last, of
-    /// variance `q/T`.
+    /// Without noise the steps of a walk are independent: the slope is the difference between the last phase and the
+    /// first, with variance `q/T`.
     #[test]
     fn a_walk_without_noise_leaves_the_first_phase_and_the_last() {
         let phases = phases(100, 1e12, 0.3, 0);

@@ -1,4 +1,4 @@
-//! Periodogram: the oscillations of a stretch of record, and a band-pass filter.
+//! Periodogram: the oscillations in a stretch of a record, and a band-pass filter.
 
 use super::criteria::SpectrumCriteria;
 use super::fourier;
@@ -23,7 +23,7 @@ pub(crate) fn averaged(time: &[f64], signal: &[f64], width: usize) -> (Vec<f64>,
     (time.chunks_exact(width).map(mean).collect(), signal.chunks_exact(width).map(mean).collect())
 }
 
-/// Position of a peak by the parabola through the logarithms of three bins.
+/// Position of a peak by a parabola through the logarithms of three bins.
 fn refine(spectrum: &[f64], i: usize, width: f64) -> Line {
     let l = |k: usize| spectrum[k].max(f64::MIN_POSITIVE).ln();
     if i == 0 || i + 1 >= spectrum.len() {
@@ -35,13 +35,13 @@ fn refine(spectrum: &[f64], i: usize, width: f64) -> Line {
     Line { frequency_hz: (i as f64 + shift) * width, amplitude: (b - 0.25 * (a - c) * shift).exp() }
 }
 
-/// Amplitude spectrum of a record, of its loudest part where it is long.
+/// Amplitude spectrum of a record, or of its loudest part if it is long.
 #[derive(Debug)]
 pub(crate) struct Periodogram {
     spectrum: Vec<f64>,
     /// Width of a bin, Hz.
     bin: f64,
-    /// Length of the stretch, s, and in samples.
+    /// Length of the stretch, in s and in samples.
     duration: f64,
     pub(crate) samples: usize,
 }
@@ -54,9 +54,9 @@ impl Periodogram {
         Some(Self { spectrum, bin, duration: grid.duration(), samples })
     }
 
-    /// Amplitude that the highest of so many independent lines of white noise exceeds with this probability.
+    /// Amplitude exceeded with this probability by the highest of `lines` independent lines of white noise.
     ///
-    /// Under the Hann window the square of one is exponential, of mean `6 sigma²/n`.
+    /// Under the Hann window the square of a line's amplitude is exponentially distributed with mean `6 sigma²/n`.
     fn line_of_noise(&self, noise_rms: f64, lines: f64, probability: f64) -> f64 {
         let height = (lines.max(1.0) / probability).ln();
         noise_rms * (6.0 * height / self.samples.max(1) as f64).sqrt()
@@ -75,7 +75,7 @@ impl Periodogram {
     }
 }
 
-/// Index of the largest value, the last of equal ones.
+/// Index of the largest value; the last one if several are equal.
 fn highest_of(values: &[f64]) -> Option<usize> {
     const LANES: usize = 8;
     let (pieces, rest) = values.as_chunks::<LANES>();
@@ -89,10 +89,10 @@ fn highest_of(values: &[f64]) -> Option<usize> {
     values.iter().rposition(|v| *v == most)
 }
 
-/// The strongest oscillation of the record, inside `band_hz` when given.
+/// The strongest oscillation of the record, inside `band_hz` if given.
 ///
-/// Long records are searched in the stretch of highest variance; when fewer
-/// than eight cycles fit into it, it is averaged eightfold and lengthened.
+/// Long records are searched in the stretch of highest variance; if fewer than eight cycles fit into it, the record
+/// is averaged eightfold, which lengthens the stretch.
 pub(crate) fn dominant(
     time: &[f64],
     signal: &[f64],
@@ -102,7 +102,7 @@ pub(crate) fn dominant(
     dominant_of(&Periodogram::of(time, signal)?, time, signal, band_hz, criteria)
 }
 
-/// As [`dominant`], its periodogram already at hand.
+/// As [`dominant`], from an existing periodogram.
 pub(crate) fn dominant_of(
     periodogram: &Periodogram,
     time: &[f64],
@@ -133,17 +133,17 @@ pub(crate) fn dominant_of(
     }
 }
 
-/// Whether the amplitude of a line is a small part of the largest deflection: noise may be what is strongest on the
-/// average over a record.
+/// Whether the amplitude of a line is a small part of the largest deflection, so that the strongest line of the whole
+/// record may be noise.
 fn is_weak(line: &Line, signal: &[f64], criteria: &SpectrumCriteria) -> bool {
     let mean = signal.iter().sum::<f64>() / signal.len() as f64;
     let largest = signal.iter().map(|x| (x - mean).abs()).fold(0.0, f64::max);
     line.amplitude < criteria.weak_line * largest
 }
 
-/// An oscillation over long before the record is: the window has hidden what swings at its very
-/// beginning, and the place of rest is left. Where a part of it swings clearly wider, it counts, unless
-/// the line found over all describes that part as well: few swings leak into every frequency.
+/// An oscillation that ends long before the record: the window has suppressed the swings at its beginning and shows
+/// the rest. A part of the record with clearly larger swings is preferred, unless the line found in the whole record
+/// also describes that part, because a few swings leak into every frequency.
 fn brief(
     time: &[f64],
     signal: &[f64],
@@ -164,7 +164,7 @@ fn brief(
     })
 }
 
-/// Sum of squares that a sine about a straight line leaves of a signal.
+/// Residual sum of squares of a signal after a sine about a straight line.
 fn left_by_sine(time: &[f64], signal: &[f64], frequency_hz: f64) -> f64 {
     let rows = time.iter().zip(signal).map(|(&t, &x)| {
         let (v, (sin, cos)) = (t - time[0], (TAU * frequency_hz * (t - time[0])).sin_cos());
@@ -173,8 +173,7 @@ fn left_by_sine(time: &[f64], signal: &[f64], frequency_hz: f64) -> f64 {
     linear(rows, 4).map_or(f64::INFINITY, |(_, _, rss)| rss)
 }
 
-/// The strongest line where an evenly sampled signal is loudest; values that are no numbers count
-/// as the one before.
+/// The strongest line where a uniformly sampled signal is loudest; a NaN counts as the value before it.
 pub(crate) fn loudest_line(signal: &[f64], interval_s: f64) -> Option<Line> {
     if signal.len() < 8 {
         return None;
@@ -197,14 +196,14 @@ pub(crate) fn loudest_line(signal: &[f64], interval_s: f64) -> Option<Line> {
 /// White noise under the lines of a spectrum.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct NoiseFloor {
-    /// Of one sample.
+    /// Noise of one sample.
     pub(crate) rms: f64,
-    /// Probability of a line as strong in noise, below which it is one of the motion.
+    /// Probability of an equally strong line in noise, below which a line is attributed to the motion.
     pub(crate) probability: f64,
 }
 
-/// The longest stretch of some stamps between gaps of half a cycle and more, over which no interpolation follows the
-/// motion: its straight line makes lines of its own. All of them where the stretch has less than half of them.
+/// The longest stretch of some stamps between gaps of half a cycle or more, across which interpolation cannot follow
+/// the motion and would create spurious lines. All stamps, if the stretch has less than half of them.
 pub(crate) fn between_gaps(time: &[f64], frequency_hz: f64, criteria: &SpectrumCriteria) -> Range<usize> {
     let longest_step = (0.5 / frequency_hz).max(criteria.gap_steps * median_step(time));
     let stretches = time.chunk_by(|a, b| !(b - a > longest_step));
@@ -217,8 +216,8 @@ pub(crate) fn between_gaps(time: &[f64], frequency_hz: f64, criteria: &SpectrumC
     longest.filter(|range| 2 * range.len() >= time.len()).unwrap_or(0..time.len())
 }
 
-/// Lines of at least this amplitude that noise does not explain, other than the main one, its neighbourhood
-/// and its harmonics, strongest first.
+/// Lines of at least this amplitude that noise does not explain, excluding the main line, its neighbourhood and its
+/// harmonics; strongest first.
 pub(crate) fn other_lines(
     periodogram: &Periodogram,
     main_hz: f64,
@@ -234,7 +233,7 @@ pub(crate) fn other_lines(
     let least = least.max(of_noise);
     let near = (relative_width * main_hz).max(4.0 / duration);
     let mut lines: Vec<Line> = (2..spectrum.len().saturating_sub(2))
-        // The parabola lifts a peak of the Hann window by far less than fourfold.
+        // The parabola raises a peak of the Hann window by far less than a factor of four.
         .filter(|&i| spectrum[i] > 0.25 * least)
         .filter(|&i| spectrum[i] > spectrum[i - 1] && spectrum[i] >= spectrum[i + 1])
         .map(|i| refine(spectrum, i, *bin))
@@ -250,7 +249,7 @@ pub(crate) fn other_lines(
     lines
 }
 
-/// The strongest harmonic up to the fifth that noise does not explain: its order and amplitude.
+/// The strongest harmonic up to the fifth that noise does not explain: order and amplitude.
 pub(crate) fn strongest_harmonic(
     periodogram: &Periodogram,
     main_hz: f64,
@@ -258,7 +257,7 @@ pub(crate) fn strongest_harmonic(
     criteria: &SpectrumCriteria,
 ) -> Option<(usize, f64)> {
     let Periodogram { spectrum, bin, duration, .. } = periodogram;
-    // Closer than this the main line's own width reaches the second harmonic.
+    // With fewer cycles, the width of the main line extends to the second harmonic.
     if main_hz * duration < criteria.many_cycles {
         return None;
     }
@@ -277,9 +276,9 @@ pub(crate) fn strongest_harmonic(
     (amplitude > of_noise).then_some((order, amplitude))
 }
 
-/// The signal's part between two frequencies, read back at the stamps given: inside them as it is, outside rounded off
-/// over a tenth of the band, at the lower end of its frequency where that is less. At either end it goes on as its mirror
-/// image: where it broke off, what lies outside would have a part inside.
+/// The part of the signal between two frequencies, evaluated at the given stamps: unchanged inside the band, and
+/// tapered outside over a tenth of the band, or over the lower frequency if that is less. The signal is extended by
+/// its mirror image at either end, because an abrupt end would leak into the band.
 pub(crate) fn band_pass(time: &[f64], signal: &[f64], band_hz: [f64; 2]) -> Vec<f64> {
     let start = time[0];
     let duration = time[time.len() - 1] - start;
@@ -376,7 +375,7 @@ mod tests {
         }
     }
 
-    /// Three and a half swings of 1.7 Hz that friction ends, at 20 dB: parts of a swing hold no line of their own.
+    /// Three and a half swings of 1.7 Hz ended by friction, at 20 dB: parts of a swing have no line of their own.
     #[test]
     fn few_swings_are_not_read_as_fast_ones() {
         for seed in 0..40u64 {
@@ -395,7 +394,8 @@ mod tests {
 
     const NO_NOISE: NoiseFloor = NoiseFloor { rms: 0.0, probability: 0.01 };
 
-    /// Of a decay in white noise of a tenth of it one record in a hundred shows a line beside it, and as many a harmonic.
+    /// For a decay in white noise of a tenth of its amplitude, one record in a hundred shows another line, and as
+    /// many a harmonic.
     #[test]
     fn noise_is_no_other_mode_and_no_harmonic() {
         const RECORDS: usize = 400;
@@ -419,7 +419,7 @@ mod tests {
             let count = found.iter().filter(|found| found[k]).count();
             assert!(count <= 12, "{count} of {RECORDS}");
         }
-        // Neither is a harmonic of a fifth of the motion noise.
+        // A harmonic of a fifth of the motion is not noise.
         let signal: Vec<f64> = time
             .iter()
             .enumerate()
@@ -443,7 +443,7 @@ mod tests {
         let even: Vec<f64> = (0..1000).map(|i| 0.01 * f64::from(i)).collect();
         let criteria = SpectrumCriteria::default();
         assert_eq!(between_gaps(&even, 2.0, &criteria), 0..1000);
-        // Every third sample missing, and 0.2 s of a motion of 2 Hz.
+        // Every third sample is missing, and 0.2 s of a motion of 2 Hz.
         let thinned: Vec<f64> =
             even.iter().enumerate().filter(|(i, _)| i % 3 != 0).map(|(_, t)| *t).collect();
         assert_eq!(between_gaps(&thinned, 2.0, &criteria), 0..666);

@@ -1,4 +1,4 @@
-//! The Fourier transform of samples on an even grid.
+//! The Fourier transform of samples on a uniform grid.
 
 use super::fourier;
 use crate::numeric::{extremes, robust::median, trig};
@@ -8,11 +8,11 @@ use std::cell::RefCell;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 thread_local! {
-    // Blocks of this size come from the system page by page, which takes as long as a transform.
+    // Blocks of this size are allocated page by page, which takes as long as a transform.
     static BUFFERS: RefCell<Buffers> = RefCell::default();
 }
 
-/// What a transform reads, writes and needs besides.
+/// Input, output and scratch memory of a transform.
 #[derive(Default)]
 struct Buffers {
     real: Vec<f64>,
@@ -20,21 +20,21 @@ struct Buffers {
     scratch: Vec<Complex<f64>>,
 }
 
-/// Longest transform used; of a longer record its loudest part is taken.
+/// Longest transform used; for a longer record its loudest part is taken.
 pub(super) const LONGEST: usize = 1 << 15;
 
-/// Samples on an even grid, made from any clock by linear interpolation.
+/// Samples on a uniform grid, obtained from any clock by linear interpolation.
 pub(super) struct Grid<'a> {
     pub(super) interval_s: f64,
     pub(super) values: Cow<'a, [f64]>,
 }
 
-/// Median of the steps of a clock that are above zero, from at most 2000 of them.
+/// Median of the positive steps of a clock, from at most 2000 of them.
 pub(super) fn median_step(time: &[f64]) -> f64 {
     let stride = (time.len() / 1000).max(1);
     let mut steps = Vec::with_capacity(time.len() / stride + 1);
     steps.extend(time.windows(2).step_by(stride).map(|w| w[1] - w[0]).filter(|&d| d > 0.0));
-    // An even clock needs no search: the least and the greatest of its steps differ by rounding.
+    // A uniform clock needs no search: its smallest and largest steps differ by rounding only.
     let (least, most) = extremes(&steps);
     if least >= (1.0 - SAME_STEP) * most {
         return 0.5 * (least + most);
@@ -42,10 +42,10 @@ pub(super) fn median_step(time: &[f64]) -> f64 {
     median(&mut steps).unwrap_or(f64::NAN)
 }
 
-/// Relative difference of the steps of an even clock that is rounding.
+/// Relative difference of the steps of a uniform clock that is attributed to rounding.
 const SAME_STEP: f64 = 1e-9;
 
-/// Part of an interval by which the stamps of an even clock miss it, after rounding of many steps.
+/// Deviation of the stamps of a uniform clock, in parts of an interval, after rounding of many steps.
 const SAME_INSTANT: f64 = 1e-6;
 
 impl Grid<'_> {
@@ -55,8 +55,8 @@ impl Grid<'_> {
     }
 }
 
-/// A grid over a record, or over its loudest part where it is long, and how many samples it is made of; `None` for
-/// fewer than eight.
+/// A grid over a record, or over its loudest part if it is long, and the number of samples from which it was made;
+/// `None` for fewer than eight.
 pub(super) fn loudest_grid<'a>(time: &[f64], signal: &'a [f64]) -> Option<(Grid<'a>, usize)> {
     if time.len() < 8 {
         return None;
@@ -108,7 +108,7 @@ fn resample<'a>(time: &[f64], signal: &'a [f64], interval_s: f64) -> Grid<'a> {
                 right += 1;
             }
             let (a, b) = (time[right - 1], time[right]);
-            // Across a gap nothing is known: hold zero weight by holding the earlier value.
+            // Within a gap nothing is known: the previous value is held.
             if b > a && b - a < 20.0 * interval_s {
                 signal[right - 1] + (signal[right] - signal[right - 1]) * ((t - a) / (b - a)).clamp(0.0, 1.0)
             } else {
@@ -119,7 +119,8 @@ fn resample<'a>(time: &[f64], signal: &'a [f64], interval_s: f64) -> Grid<'a> {
     Grid { interval_s, values: Cow::Owned(values) }
 }
 
-/// Amplitude spectrum of the grid less its straight line, Hann window: amplitude per bin and bin width in Hz.
+/// Amplitude spectrum of the grid after subtracting a straight line, with a Hann window: amplitude per bin and bin
+/// width in Hz.
 pub(super) fn amplitudes(grid: &Grid) -> (Vec<f64>, f64) {
     let n = grid.values.len();
     // The window's sum is n/2 for every n above one.
@@ -132,7 +133,7 @@ pub(super) fn amplitudes(grid: &Grid) -> (Vec<f64>, f64) {
     (spectrum.unwrap_or_default(), bin_hz(grid))
 }
 
-/// Length of the transform of a grid, twice as many values and more.
+/// Length of the transform of a grid: at least twice the number of values.
 fn padded(grid: &Grid) -> usize {
     (2 * grid.values.len()).next_power_of_two()
 }
@@ -142,7 +143,7 @@ pub(super) fn bin_hz(grid: &Grid) -> f64 {
     1.0 / (padded(grid) as f64 * grid.interval_s)
 }
 
-/// What `of` makes of the transform of a grid less its straight line, Hann window.
+/// Applies `of` to the transform of the grid after subtracting a straight line, with a Hann window.
 pub(super) fn transform<R>(grid: &Grid, of: impl FnOnce(&[Complex<f64>]) -> R) -> Option<R> {
     let n = grid.values.len();
     let padded = padded(grid);
@@ -157,7 +158,7 @@ pub(super) fn transform<R>(grid: &Grid, of: impl FnOnce(&[Complex<f64>]) -> R) -
     })
 }
 
-/// Mean and slope of values by their number, of which `mid` is the mean.
+/// Mean and slope of values as a function of their index, whose mean is `mid`.
 struct StraightLine<'a> {
     values: &'a [f64],
     mid: f64,
@@ -189,13 +190,13 @@ impl pulp::NullaryFnOnce for StraightLine<'_> {
             sum += v;
             moment += (first + k as f64) * v;
         }
-        // The squares of the numbers about their mean.
+        // Sum of the squared indices about their mean.
         let squares = n * (n * n - 1.0) / 12.0;
         (sum / n, if squares > 0.0 { moment / squares } else { 0.0 })
     }
 }
 
-/// The grid less its straight line, times the Hann window `sin²(pi (i + 1/2)/n)`.
+/// The grid minus its straight line, times the Hann window `sin²(pi (i + 1/2)/n)`.
 struct Windowed<'a> {
     grid: &'a [f64],
     mean: f64,
@@ -210,7 +211,7 @@ impl pulp::NullaryFnOnce for Windowed<'_> {
     #[inline(always)]
     fn call(self) {
         let step = PI / self.grid.len() as f64;
-        // A count of floating point would be one chain of additions.
+        // A floating-point counter would be one chain of additions.
         for ((out, &v), i) in self.out.iter_mut().zip(self.grid).zip(0i32..) {
             let at = f64::from(i);
             let (_, w) = trig::half_turn((at + 0.5) * step - FRAC_PI_2);

@@ -1,25 +1,25 @@
-//! Hostile numbers from bytes: records, curves, levels and series as instruments, accidents and
-//! adversaries make them, and what every answer to them has to be.
+//! Hostile input generated from bytes: records, curves, levels and series as produced by instruments, accidents and
+//! adversaries, and the conditions that every answer to them must meet.
 //!
-//! One generator for the property tests and for the fuzzer: each choice is a byte, so that a change
-//! of a byte changes one thing. Scales go from 1e-300 to 1e300; columns may hold equal points, steps,
-//! gaps, repeated and falling stamps, infinities and values that are no number.
+//! The property tests and the fuzzer share this generator: each choice is a byte, so that changing a byte changes one
+//! thing. Scales range from 1e-300 to 1e300; columns may contain equal points, steps, gaps, repeated and decreasing
+//! stamps, infinities and NaN.
 
 use slipfit::answer::{Parameters, Warning};
 use slipfit::motion::steady::Phasor;
 use slipfit::series::{Condition, Data, Measurement, SingleAnswer};
 use slipfit::{LossModel, Parameter, Record, SignalKind, levels, resonance, ringdown, series};
 
-/// Samples of a record and points of a curve at most.
+/// Maximum number of samples of a record and points of a curve.
 const MOST_SAMPLES: usize = 400;
 const MOST_POINTS: usize = 80;
 
-/// Bytes that become numbers; zeros behind their end.
+/// Bytes that are converted to numbers; zeros after their end.
 #[derive(Debug)]
 pub(crate) struct Bytes<'a>(&'a [u8]);
 
 impl<'a> Bytes<'a> {
-    /// Reads from the first of these.
+    /// Starts reading at the first byte.
     pub(crate) fn new(bytes: &'a [u8]) -> Self {
         Self(bytes)
     }
@@ -34,17 +34,17 @@ impl<'a> Bytes<'a> {
         usize::from(self.byte()) % n
     }
 
-    /// Whether one of `n` choices was made; never behind the end.
+    /// Whether one of `n` choices was made; never after the end.
     fn one_in(&mut self, n: u8) -> bool {
         self.byte() % n == 1
     }
 
-    /// Evenly from zero to one.
+    /// Uniform from zero to one.
     fn part(&mut self) -> f64 {
         f64::from(u16::from_le_bytes([self.byte(), self.byte()])) / 65535.0
     }
 
-    /// Mostly one, else any power of ten that a number may have.
+    /// Mostly one, otherwise any power of ten in the range of doubles.
     fn scale(&mut self) -> f64 {
         const LIST: [f64; 9] = [1e-300, 1e-200, 1e-100, 1e-9, 1e-3, 1e6, 1e150, 1e200, 1e300];
         match self.byte() {
@@ -122,7 +122,7 @@ impl<'a> Bytes<'a> {
         out
     }
 
-    /// Stamps or frequencies: even, or by steps that may be zero, huge, tiny or backwards.
+    /// Stamps or frequencies: uniform, or with steps that may be zero, huge, tiny or backwards.
     fn axis(&mut self, n: usize) -> Vec<f64> {
         let scale = self.scale();
         let start = if self.one_in(2) { scale * (1.0 + 30.0 * self.part()) } else { 0.0 };
@@ -170,7 +170,7 @@ impl<'a> Bytes<'a> {
         self.one_in(9).then(|| all[self.below(all.len())])
     }
 
-    /// A record with the choices for it, where there is one.
+    /// A record with its options, if there is one.
     pub(crate) fn record(&mut self) -> Option<(Record, ringdown::Options)> {
         use SignalKind::{Acceleration, Displacement, Envelope, Velocity};
         let mut options = ringdown::Options::default();
@@ -220,7 +220,7 @@ impl<'a> Bytes<'a> {
         builder.build().ok()
     }
 
-    /// A curve with the choices for it, where there is one.
+    /// A curve with its options, if there is one.
     pub(crate) fn curve(&mut self) -> Option<(resonance::Curve, resonance::Options)> {
         use resonance::{DriveAmplitude, Method};
         let mut options = resonance::Options::default();
@@ -241,8 +241,8 @@ impl<'a> Bytes<'a> {
         Some((self.points()?, options))
     }
 
-    /// Mostly a tenth of a millisecond's work and more, so that a search is cut anywhere; one curve in 250
-    /// has all that it is allowed.
+    /// A work limit, mostly from a tenth of a millisecond upwards, so that a search may be cut at any point; one
+    /// curve in 250 has the full limit.
     fn criteria(&mut self) -> resonance::Criteria {
         let mut criteria = resonance::Criteria::default();
         let chosen = self.byte();
@@ -253,7 +253,7 @@ impl<'a> Bytes<'a> {
         criteria
     }
 
-    /// Drive levels with the choices for them, where there are any.
+    /// Drive levels with their options, if there are any.
     pub(crate) fn levels(&mut self) -> Option<(levels::Levels, levels::Options)> {
         let mut options = levels::Options::default();
         options.frequency_hz = self.maybe();
@@ -269,7 +269,7 @@ impl<'a> Bytes<'a> {
         Some((builder.build().ok()?, options))
     }
 
-    /// Up to four measurements with the choices for them.
+    /// Up to four measurements with their options.
     pub(crate) fn series(&mut self) -> (Vec<Measurement>, series::Options) {
         let mut options = series::Options::default();
         options.shared.natural_frequency = self.one_in(2);
@@ -305,7 +305,7 @@ impl<'a> Bytes<'a> {
     }
 }
 
-/// Analyses the ring-down in these bytes and checks what comes.
+/// Analyses the ring-down in these bytes and checks the result.
 pub(crate) fn ringdown(bytes: &[u8]) {
     if let Some((record, options)) = Bytes::new(bytes).record()
         && let Ok(answer) = ringdown::analyse(&record, &options)
@@ -314,7 +314,7 @@ pub(crate) fn ringdown(bytes: &[u8]) {
     }
 }
 
-/// Analyses the curve in these bytes and checks what comes.
+/// Analyses the curve in these bytes and checks the result.
 pub(crate) fn resonance(bytes: &[u8]) {
     let mut bytes = Bytes::new(bytes);
     let criteria = bytes.criteria();
@@ -325,7 +325,7 @@ pub(crate) fn resonance(bytes: &[u8]) {
     }
 }
 
-/// Analyses the drive levels in these bytes and checks what comes.
+/// Analyses the drive levels in these bytes and checks the result.
 pub(crate) fn levels(bytes: &[u8]) {
     if let Some((levels, options)) = Bytes::new(bytes).levels()
         && let Ok(answer) = levels::analyse(&levels, &options)
@@ -334,7 +334,7 @@ pub(crate) fn levels(bytes: &[u8]) {
     }
 }
 
-/// Analyses the series in these bytes and checks what comes.
+/// Analyses the series in these bytes and checks the result.
 pub(crate) fn series(bytes: &[u8]) {
     let (measurements, options) = Bytes::new(bytes).series();
     let Ok(answer) = series::analyse(&measurements, &options) else { return };
@@ -402,7 +402,7 @@ fn check_levels(answer: &levels::Answer) {
 
 fn check(parameters: &Parameters) {
     for (parameter, quantity) in parameters.iter() {
-        // Without viscous loss there is no limit to Q.
+        // Without viscous loss Q may be infinite.
         if parameter == Parameter::QFactor {
             let q = quantity;
             let [low, high] = q.interval_95;

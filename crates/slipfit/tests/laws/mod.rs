@@ -1,4 +1,4 @@
-//! What the tests of single laws share.
+//! Common functions of the tests of single laws.
 
 use crate::noise::Noise;
 use slipfit::ringdown::{Answer, Options};
@@ -18,7 +18,7 @@ pub(crate) fn options(model: &str) -> Options {
     options
 }
 
-/// Whether the estimates of a parameter scatter about the truth as their errors say.
+/// Whether the estimates of a parameter scatter about the true value in accordance with their errors.
 pub(crate) fn scatters_about(what: &str, truth: f64, answers: &[Answer], parameter: Parameter) {
     let found = |a: &Answer| a.parameter(parameter).unwrap().clone();
     let z: Vec<f64> =

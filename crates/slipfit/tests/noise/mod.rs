@@ -1,6 +1,6 @@
-//! Normal noise for tests: the same numbers wherever they run.
+//! Normal noise for tests, with the same values on every platform.
 
-/// Normal noise as a sum of twelve even numbers.
+/// Normal noise as a sum of twelve uniform numbers.
 pub(crate) struct Noise(u64);
 
 impl Noise {

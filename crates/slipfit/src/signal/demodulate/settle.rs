@@ -1,4 +1,4 @@
-//! Settling detection: where a transient has died out.
+//! Settling detection: the time at which a transient has decayed.
 
 use std::f64::consts::TAU;
 
@@ -6,23 +6,23 @@ use super::criteria::Criteria;
 use crate::inference::least_squares;
 use crate::motion::steady::Phasor;
 
-/// Phasor of some whole cycles.
+/// Phasor of a number of whole cycles.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Block {
     pub(super) phasor: Phasor,
     pub(super) samples: usize,
     /// Index of its first sample.
     pub(super) first: usize,
-    /// Instant of its middle, from the first sample on, s.
+    /// Time of its middle relative to the first sample, s.
     pub(super) middle_s: f64,
 }
 
-/// Where the steady part begins.
+/// Beginning of the steady part.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Settled {
     /// Index of its first sample.
     pub(super) first: usize,
-    /// Whether there is one: its two halves agree.
+    /// Whether the motion settled, i.e. the two halves of the steady part agree.
     pub(super) settled: bool,
 }
 
@@ -32,7 +32,7 @@ impl Settled {
     }
 }
 
-/// Phasors of whole cycles one after the other, against one clock.
+/// Phasors of successive groups of whole cycles relative to a common phase.
 pub(super) fn phasors(time: &[f64], values: &[f64], omega: f64, c: &Criteria) -> Option<Vec<Block>> {
     let (start, end) = (*time.first()?, *time.last()?);
     let period = TAU / omega;
@@ -46,7 +46,7 @@ pub(super) fn phasors(time: &[f64], values: &[f64], omega: f64, c: &Criteria) ->
     for k in 0..count {
         let from = time.partition_point(|t| *t < start + k as f64 * length);
         let to = time.partition_point(|t| *t < start + (k + 1) as f64 * length);
-        // Across a gap there is nothing to see.
+        // A gap contains too few samples.
         if to - from < 5 {
             continue;
         }
@@ -67,7 +67,7 @@ pub(super) fn phasors(time: &[f64], values: &[f64], omega: f64, c: &Criteria) ->
     (blocks.len() >= 2).then_some(blocks)
 }
 
-/// The instant from which the response is steady.
+/// The time from which the response is steady.
 pub(super) fn find(
     time: &[f64],
     response: &[f64],
@@ -78,8 +78,8 @@ pub(super) fn find(
     let Some(blocks) = phasors(time, response, omega, c) else { return Settled::at_once() };
     let blocks = match drive {
         None => blocks,
-        // Against the drive of the same moment: where the exciter's speed wanders, the response
-        // follows it, and only what it does besides is a transient.
+        // Relative to the drive at the same time: if the exciter's speed drifts, the response follows it, and only
+        // the remaining change is a transient.
         Some(drive) => {
             let Some(driving) = phasors(time, drive, omega, c) else { return Settled::at_once() };
             let mean = driving.iter().map(|d| d.phasor.norm()).sum::<f64>() / driving.len() as f64;
@@ -102,7 +102,7 @@ fn of_blocks(blocks: &[Block], c: &Criteria) -> Settled {
         return Settled::at_once();
     }
     if n < c.settling_blocks {
-        // Too short to see anything settle: the second half is the better one.
+        // Too short for settling detection: the second half is the better choice.
         return Settled { first: blocks[n / 2].first, settled: false };
     }
     let tail = &blocks[n - (n / 3).max(3)..];
@@ -121,7 +121,7 @@ fn of_blocks(blocks: &[Block], c: &Criteria) -> Settled {
     let steady = held / (n - begin) as f64;
     if begin > 0 {
         let guard = (c.guard * decay_blocks(&blocks[..begin], steady, sigma, c)).ceil() as usize;
-        // At least half of what looked steady stays.
+        // At least half of the apparently steady part is kept.
         begin += guard.min((n - begin) / 2);
     }
     Settled {
@@ -136,11 +136,11 @@ fn scatter(blocks: &[Block]) -> f64 {
     let mean = blocks.iter().map(|b| b.phasor).sum::<Phasor>() / n;
     let sum: f64 = blocks.iter().map(|b| (b.phasor - mean).norm_sqr()).sum();
     let largest = blocks.iter().map(|b| b.phasor.norm()).fold(0.0, f64::max);
-    // Without noise there are still the digits, and a frequency known to so many only.
+    // Without noise, rounding and the limited accuracy of the frequency remain.
     (sum / (n - 1.0)).sqrt().max(1e-6 * largest)
 }
 
-/// Blocks in which the transient falls by 1/e, by the slope of its logarithm.
+/// Number of blocks in which the transient falls by 1/e, from the slope of its logarithm.
 fn decay_blocks(blocks: &[Block], steady: Phasor, sigma: f64, c: &Criteria) -> f64 {
     let mut seen: Vec<(f64, f64)> = Vec::new();
     for (k, block) in blocks.iter().enumerate() {
@@ -154,12 +154,12 @@ fn decay_blocks(blocks: &[Block], steady: Phasor, sigma: f64, c: &Criteria) -> f
     let kk: f64 = seen.iter().map(|s| (s.0 - mk).powi(2)).sum();
     let kl: f64 = seen.iter().map(|s| (s.0 - mk) * (s.1 - ml)).sum();
     let slope = kl / kk;
-    // One block, or a transient that does not fall, tells no rate: as long again as it was seen.
+    // A single block, or a transient that does not fall, gives no rate: the observed length is assumed.
     let fallback = blocks.len() as f64 / c.guard;
     if slope < 0.0 { (-1.0 / slope).min(fallback.max(1.0)) } else { fallback }
 }
 
-/// Whether the means of both halves agree within what their scatter allows.
+/// Whether the means of both halves agree within their scatter.
 fn halves_agree(blocks: &[Block], c: &Criteria) -> bool {
     let half = blocks.len() / 2;
     if half < 2 {
@@ -169,6 +169,6 @@ fn halves_agree(blocks: &[Block], c: &Criteria) -> bool {
     let mean = |part: &[Block]| part.iter().map(|b| b.phasor).sum::<Phasor>() / part.len() as f64;
     let difference = (mean(a) - mean(b)).norm();
     let error = (scatter(a).powi(2) + scatter(b).powi(2)).sqrt() / (half as f64).sqrt();
-    // A difference nobody minds does not count, however small the noise.
+    // An insignificant difference is ignored, however small the noise.
     difference < c.halves_differ * error || difference < c.halves_relative * mean(b).norm()
 }

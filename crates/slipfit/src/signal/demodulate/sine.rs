@@ -1,4 +1,4 @@
-//! One sine in a stretch of samples.
+//! Fit of one sine to a stretch of samples.
 
 use std::f64::consts::TAU;
 
@@ -7,13 +7,13 @@ use crate::inference::evidence;
 use crate::inference::least_squares::{self, LeastSquares, Normal};
 use crate::motion::steady::Phasor;
 
-/// A sine whose frequency is estimated along with it.
+/// A sine whose frequency is also estimated.
 pub(super) struct Sine {
     pub(super) omega: f64,
     pub(super) omega_std_error: f64,
 }
 
-/// `c cos(omega t) + s sin(omega t) + offset + drift t`, the time from the middle.
+/// `c cos(omega t) + s sin(omega t) + offset + drift t`, with time from the middle.
 struct Problem<'a> {
     time: &'a [f64],
     values: &'a [f64],
@@ -48,12 +48,12 @@ impl LeastSquares for Problem<'_> {
 }
 
 impl Sine {
-    /// A frequency that is known.
+    /// A sine of known frequency.
     pub(super) fn known(time: &[f64], values: &[f64], omega: f64) -> Option<Self> {
         (time.len() == values.len()).then_some(Self { omega, omega_std_error: 0.0 })
     }
 
-    /// The frequency near `omega` that fits best; `omega` itself where none fits better.
+    /// The frequency near `omega` with the best fit; `omega` itself if none is better.
     pub(super) fn refined(time: &[f64], values: &[f64], omega: f64, c: &Criteria) -> Option<Self> {
         let wave = Wave::fit(time, values, &PhaseLaw::steady(time, omega), c)?;
         let (first, last) = (time[0], time[time.len() - 1]);
@@ -62,7 +62,7 @@ impl Sine {
         let turn = wave.phasor * Phasor::from_polar(1.0, omega * (middle - wave.middle));
         let start = [turn.re, -turn.im, wave.offset, 0.0, omega];
         let fit = least_squares::minimise(&problem, &start, &[0, 1, 2, 3, 4])?;
-        // A step further than half a cycle over the stretch has lost the line.
+        // A step of more than half a cycle over the stretch has lost the line.
         if (fit.parameters[4] - omega).abs() * half > TAU {
             return Some(Self { omega, omega_std_error: TAU / half });
         }
@@ -72,8 +72,8 @@ impl Sine {
     }
 }
 
-/// The phase of the drive over a stretch: `omega u + c_2 v² + c_3 v³`, the time `u` from the
-/// middle and `v = u/half`; exciters change their speed.
+/// The phase of the drive over a stretch: `omega u + c_2 v² + c_3 v³`, with the time `u` from the middle and `v =
+/// u/half`, because exciters change their speed.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PhaseLaw {
     omega: f64,
@@ -88,7 +88,7 @@ impl PhaseLaw {
         Self { omega, middle: 0.5 * (first + last), half: 0.5 * (last - first), bend: [0.0; 2] }
     }
 
-    /// As a drive does it: bends are taken in where they are sure.
+    /// Phase law fitted to the drive; curvature terms are added if they are significant.
     pub(super) fn of(time: &[f64], drive: &[f64], omega: f64, c: &Criteria) -> Self {
         let mut law = Self::steady(time, omega);
         let Some(blocks) = super::settle::phasors(time, drive, omega, c) else { return law };
@@ -129,19 +129,19 @@ impl PhaseLaw {
         self.omega + self.bend[1] / self.half
     }
 
-    /// Root mean square of the angular frequency about its mean.
+    /// Root mean square deviation of the angular frequency from its mean.
     pub(super) fn wander(&self) -> f64 {
-        // Of c_2 2v + c_3 (3v² - 1) over -1..1, divided by the half length.
+        // From c_2 2v + c_3 (3v² - 1) over -1..1, divided by the half length.
         let [b, c] = self.bend;
         (4.0 * b * b / 3.0 + 4.0 * c * c / 5.0).sqrt() / self.half
     }
 }
 
-/// Fundamental of a known frequency, harmonics, offset and drift.
+/// Fit of a fundamental of known frequency, harmonics, offset and drift.
 pub(super) struct Wave {
-    /// About the middle of the stretch, which every wave of that stretch shares.
+    /// Relative to the middle of the stretch, which is common to all waves of that stretch.
     pub(super) phasor: Phasor,
-    /// Of each of its quadratures.
+    /// Standard error of each of its quadratures.
     pub(super) std_error: f64,
     pub(super) offset: f64,
     pub(super) residual_rms: f64,
@@ -150,14 +150,15 @@ pub(super) struct Wave {
 }
 
 impl Wave {
-    /// `None` where the samples do not determine it.
+    /// `None` if the samples do not determine it.
     pub(super) fn fit(time: &[f64], values: &[f64], law: &PhaseLaw, c: &Criteria) -> Option<Self> {
         let omega = law.mean_omega();
         let (first, last) = (*time.first()?, *time.last()?);
         let (middle, half) = (0.5 * (first + last), 0.5 * (last - first));
         let cycles = omega * (last - first) / TAU;
         let per_cycle = time.len() as f64 / cycles;
-        // Harmonics need samples to be told from the fundamental, and cycles from the drift.
+        // Enough samples are needed to separate harmonics from the fundamental, and enough cycles to separate them
+        // from the drift.
         let harmonics = if cycles >= 3.0 && per_cycle >= 10.0 { 3 } else { 1 };
         let columns = 2 + 2 * harmonics;
         let row = |t: f64| {
@@ -193,8 +194,8 @@ impl Wave {
     }
 }
 
-/// How much more the residuals hold at the frequency of the sine than white
-/// noise would: the variance of the phasors of single cycles over that expected.
+/// Excess of the residuals at the frequency of the sine over white noise: variance of the phasors of single cycles
+/// over the expected one.
 fn excess(time: &[f64], residuals: &[f64], omega: f64, variance: f64, c: &Criteria) -> f64 {
     let Some(blocks) = super::settle::phasors(time, residuals, omega, c) else { return 1.0 };
     if blocks.len() < c.noise_blocks || variance <= 0.0 {

@@ -3,7 +3,7 @@ use crate::Oscillator;
 use crate::motion::simulate::{Drive, Motion};
 use crate::motion::steady::scan::reading;
 
-/// A fixed sequence that looks like noise, uniform in -1 to 1.
+/// A fixed pseudo-random sequence, uniform in -1 to 1.
 fn noise(n: usize) -> Vec<f64> {
     let mut state = 88_172_645_463_325_252_u64;
     let mut next = || {
