@@ -1,8 +1,8 @@
 //! Measured files that are not part of the repository, and tests that need them.
 //!
 //! The folder is the one named by `SLIPFIT_REAL_DATA`, by default `../shared/data` next to the workspace. If it is
-//! missing, the tests listed in [`tests!`] are reported as ignored by `cargo test` and as skipped by nextest; `cargo
-//! xtask check` reports their number.
+//! missing, the tests listed in [`tests!`] are reported as ignored by `cargo test` and as skipped by nextest;
+//! `cargo xtask check` reports their number.
 //!
 //! A file of such tests has `harness = false` in the manifest and contains plain functions:
 //!

@@ -288,7 +288,7 @@ fn advisories() -> Result<Outcome, Failure> {
     }
     let ask = |flags: &[&str]| -> Result<(bool, String), Failure> {
         let mut check = command(&deny);
-        // A password prompt would wait forever.
+        // A request for a password would wait forever.
         check.args(flags).args(["check", "advisories"]).env("GIT_TERMINAL_PROMPT", "0");
         let output = check.output()?;
         let said = [output.stdout, output.stderr].concat();

@@ -176,9 +176,9 @@ impl Oscillator {
 
     /// Friction ratio for a base drive, `beta = 4 F / (pi k x_0)`.
     ///
-    /// At resonance the steady amplitude is `Q x_0 (1 - beta)`, eq. (9) of Vitorino, Vieira and Rodrigues; for `beta
-    /// >= 1` there is no steady motion in that approximation. A force drive of amplitude `P` corresponds to `x_0 =
-    /// P/k` ([`Oscillator::displacement_under`]).
+    /// At resonance the steady amplitude is `Q x_0 (1 - beta)`, eq. (9) of Vitorino, Vieira and Rodrigues; for
+    /// `beta >= 1` there is no steady motion in that approximation. A force drive of amplitude `P` corresponds to
+    /// `x_0 = P/k` ([`Oscillator::displacement_under`]).
     pub fn friction_ratio(&self, drive_amplitude: f64) -> f64 {
         4.0 * self.friction / (PI * drive_amplitude)
     }

@@ -14,8 +14,8 @@ pub(crate) struct PhaseError {
     pub(crate) error: f64,
     /// Inverse of its variance due to noise.
     pub(crate) weight: f64,
-    /// `c T` of a mean over a time `T` with a kernel of cumulative weight `F`, where `c` is the integral of `F (1 -
-    /// F)` over it: 1/6 for a uniform mean.
+    /// `c T` of a mean over a time `T` with a kernel of cumulative weight `F`, where `c` is the integral of
+    /// `F (1 - F)` over it: 1/6 for a uniform mean.
     pub(crate) averaged_s: f64,
     /// Derivatives of the smooth phase with respect to its parameters, including a constant phase.
     pub(crate) smooth: Vec<f64>,

@@ -4,13 +4,13 @@ use super::kind::{Loss, ShapeParameter};
 use crate::model::unit::UnitRule;
 
 /// A loss proportional to a power of the amplitude whose exponent is a parameter: `dA/dt = -a_n A^n`, written with
-/// the initial amplitude `A0` as `-r A0 (A/A0)^n`, so that the rate `r` is in 1/s for every `n` and `a_n = r
-/// A0^(1-n)`.
+/// the initial amplitude `A0` as `-r A0 (A/A0)^n`, so that the rate `r` is in 1/s for every `n` and
+/// `a_n = r A0^(1-n)`.
 ///
-/// Sliding friction is `n = 0`, viscous damping `n = 1`, quadratic drag `n = 2`. A force `c |v|^n` gives `a_n = (2 c
-/// omega^(n-1)/(pi m)) ∫_0^(pi/2) sin^(n+1)`; hysteresis of materials and joints has intermediate powers (an energy
-/// loss per cycle `~ A^m` corresponds to `n = m - 1`). The law should not be extrapolated below the measured
-/// amplitudes: for `n < 1` the motion ends in finite time, for `n > 1` never.
+/// Sliding friction is `n = 0`, viscous damping `n = 1`, quadratic drag `n = 2`. A force `c |v|^n` gives
+/// `a_n = (2 c omega^(n-1)/(pi m)) ∫_0^(pi/2) sin^(n+1)`; hysteresis of materials and joints has intermediate powers
+/// (an energy loss per cycle `~ A^m` corresponds to `n = m - 1`). The law should not be extrapolated below the
+/// measured amplitudes: for `n < 1` the motion ends in finite time, for `n > 1` never.
 ///
 /// Source: the average of a power of the velocity over a cycle, as in B. J. Lazan (1968), Damping of Materials
 /// and Members in Structural Mechanics, whose damping energy is a power of the stress.

@@ -32,8 +32,8 @@ const SMALL_LOSS: f64 = 0.01;
 ///
 /// With `a2 = 0` this is the amplitude of eq. (16) of Vitorino, Vieira and Rodrigues; with drag it is the extension
 /// they propose after eq. (18). The law is averaged over a cycle and holds to first order in the loss per cycle. The
-/// turning points of the exact motion with viscous and sliding friction lie on it if `a0 = delta x_F coth(pi delta /
-/// 2 omega_d)`.
+/// turning points of the exact motion with viscous and sliding friction lie on it if
+/// `a0 = delta x_F coth(pi delta / 2 omega_d)`.
 ///
 /// ```
 /// # use slipfit::motion::decay::AmplitudeLaw;

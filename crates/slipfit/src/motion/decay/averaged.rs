@@ -40,8 +40,8 @@ pub fn ring_down_amplitude(oscillator: &Oscillator, initial_amplitude: f64, time
     initial_amplitude - initial_amplitude * fall - loss * time
 }
 
-/// Energy lost in half a cycle at velocity amplitude `v`, eq. (17), over the mass: `2 (F/m) v/omega_r +
-/// (pi/2)(gamma/m) v²/omega_r`; `omega_r` is taken as `omega_0` here.
+/// Energy lost in half a cycle at velocity amplitude `v`, eq. (17), over the mass:
+/// `2 (F/m) v/omega_r + (pi/2)(gamma/m) v²/omega_r`; `omega_r` is taken as `omega_0` here.
 ///
 /// The printed equation lacks the `1/omega_r` of the viscous term; without it eq. (18) does not follow and the
 /// dimensions do not match: see [`half_cycle_energy_as_printed`].

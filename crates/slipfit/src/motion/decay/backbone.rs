@@ -11,12 +11,13 @@ pub(crate) const TERMS: usize = 3 + FURTHER;
 /// Smallest and largest factor on a loss: outside this range the expansion is not valid.
 const FACTORS: [f64; 2] = [0.3, 3.0];
 
-/// Factors on the loss terms of an oscillator whose frequency is shifted by the relative amount `shift[0] A² +
-/// shift[1] A⁴` at the amplitude `A` of its fundamental.
+/// Factors on the loss terms of an oscillator whose frequency is shifted by the relative amount
+/// `shift[0] A² + shift[1] A⁴` at the amplitude `A` of its fundamental.
 ///
 /// A loss reduces the action `J = ∮ m v dx/2π` per cycle by its work over `2π`, and the change of amplitude follows
-/// from `dJ/dA`. In units where `m = 1` and `omega` is 1 at small amplitude, the motion `x = A (cos p + e3 cos 3p +
-/// e5 cos 5p)` has `J = omega A²/2 (1 + 9 e3² + 25 e5²)`. For the spring `x + alpha x³ + beta x⁵`, to second order,
+/// from `dJ/dA`. In units where `m = 1` and `omega` is 1 at small amplitude, the motion
+/// `x = A (cos p + e3 cos 3p + e5 cos 5p)` has `J = omega A²/2 (1 + 9 e3² + 25 e5²)`. For the spring
+/// `x + alpha x³ + beta x⁵`, to second order,
 ///
 /// ```text
 /// shift[0] = 3/8 alpha        e3 = s/12 - 3/32 s² + q/8     s = shift[0] A²

@@ -2,10 +2,10 @@
 //!
 //! A law without a closed form is integrated in steps of a tenth of the time scale on which its loss changes, about
 //! sixty in a whole decay, regardless of the number of amplitudes or half cycles requested. The amplitude between the
-//! ends of a step is the quintic Hermite interpolant. Its derivatives with respect to the parameters obey `d/dt A_k =
-//! -g'(A) A_k - g_k(A)`, which is linear once the amplitude is known: collocation at the four Lobatto points is
-//! accurate to sixth order at the end of a step and to fifth order within it (Hairer, Nørsett and Wanner, Solving
-//! Ordinary Differential Equations I, sections II.5 to II.7).
+//! ends of a step is the quintic Hermite interpolant. Its derivatives with respect to the parameters obey
+//! `d/dt A_k = -g'(A) A_k - g_k(A)`, which is linear once the amplitude is known: collocation at the four Lobatto
+//! points is accurate to sixth order at the end of a step and to fifth order within it (Hairer, Nørsett and Wanner,
+//! Solving Ordinary Differential Equations I, sections II.5 to II.7).
 
 /// `sqrt(5)/4`.
 const ROOT: f64 = 0.559_016_994_374_947_4;

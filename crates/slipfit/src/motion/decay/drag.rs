@@ -18,9 +18,9 @@
 //! ```
 //!
 //! All of them and their slopes vanish at both turning points. `S` has a quadrature component, `-2/(9 pi)`: under
-//! drag the phase of the fundamental depends on the amplitude. The swing lasts `(pi/omega_d) [1 + (16/(9 pi)) epsilon
-//! l + epsilon²/6]`. All of this holds to second order in the loss per half cycle; the amplitudes, whose loss is odd
-//! in time, obey the amplitude law to that order.
+//! drag the phase of the fundamental depends on the amplitude. The swing lasts
+//! `(pi/omega_d) [1 + (16/(9 pi)) epsilon l + epsilon²/6]`. All of this holds to second order in the loss per half
+//! cycle; the amplitudes, whose loss is odd in time, obey the amplitude law to that order.
 
 use pulp::Simd;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};

@@ -308,8 +308,9 @@ impl FreeDecay {
         self.state(time_s).1
     }
 
-    /// Energy lost from turning point `n` to the next, over the stiffness, split into the two losses: `x_F (|X_n| +
-    /// |X_n+1|)` to sliding friction, the rest of `(X_n² - X_n+1²)/2` to viscous damping. Zero after the stop.
+    /// Energy lost from turning point `n` to the next, over the stiffness, split into the two losses:
+    /// `x_F (|X_n| + |X_n+1|)` to sliding friction, the rest of `(X_n² - X_n+1²)/2` to viscous damping. Zero after
+    /// the stop.
     pub fn loss(&self, n: u64) -> HalfCycleLoss {
         if self.stop.is_some_and(|s| n >= s.index) {
             return HalfCycleLoss { viscous: 0.0, sliding: 0.0 };

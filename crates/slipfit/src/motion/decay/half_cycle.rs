@@ -1,17 +1,17 @@
 //! The half-cycle kernel: compares a free decay and its derivatives with the samples of a record.
 //!
 //! The motion runs from turning point to turning point; between two of them, with amplitudes `X` and `X'`, it is a
-//! damped cosine about `±x_F`. With the phase `theta` since the turning point and `ln rho = pi lambda`, `rho = (X' +
-//! x_F)/(X - x_F)`,
+//! damped cosine about `±x_F`. With the phase `theta` since the turning point and `ln rho = pi lambda`,
+//! `rho = (X' + x_F)/(X - x_F)`,
 //!
 //! ```text
 //! x = s [x_F + (X - x_F) f],   f = e^(lambda theta) (cos theta - lambda sin theta)
 //! ```
 //!
 //! This is the closed form if frequency and decay rate are constant, and joins the turning points smoothly if they
-//! change slowly; quadratic drag adds [its own shape](super::drag). All derivatives are combinations of `f`, `theta
-//! f`, `g = e^(lambda theta) sin theta`, `theta g` and that shape. One pass gives the sums of a least-squares step;
-//! nothing is stored per sample.
+//! change slowly; quadratic drag adds [its own shape](super::drag). All derivatives are combinations of `f`,
+//! `theta f`, `g = e^(lambda theta) sin theta`, `theta g` and that shape. One pass gives the sums of a least-squares
+//! step; nothing is stored per sample.
 //!
 //! Velocities and accelerations are combinations of the same functions. With respect to the phase,
 //!

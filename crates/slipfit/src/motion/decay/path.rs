@@ -217,8 +217,8 @@ impl AmplitudePath {
     }
 
     /// Longest step of an integrated law, relative to the time scale on which the loss changes. It may be longer at a
-    /// small amplitude for the same error relative to the initial one: if a loss ends the motion, as `A^n` with `n <
-    /// 1` does, the loss changes ever faster.
+    /// small amplitude for the same error relative to the initial one: if a loss ends the motion, as `A^n` with
+    /// `n < 1` does, the loss changes ever faster.
     fn integrated_step(&self) -> f64 {
         let ratio = self.law.initial / self.amplitude;
         let longer =

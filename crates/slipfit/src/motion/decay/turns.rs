@@ -73,8 +73,8 @@ impl<'a> Turns<'a> {
         }
     }
 
-    /// `lambda` of all half cycles if they are equal: the turning points of viscous and sliding loss obey `X' + x_F =
-    /// e^(-pi delta/omega) (X - x_F)`.
+    /// `lambda` of all half cycles if they are equal: the turning points of viscous and sliding loss obey
+    /// `X' + x_F = e^(-pi delta/omega) (X - x_F)`.
     #[inline(always)]
     pub(super) fn common_lambda(&self) -> Option<f64> {
         self.even.map(|_| -self.p[DELTA] / self.p[OMEGA])

@@ -5,9 +5,9 @@
 /// `eval` gives `g`, `g'`, `g''` and the noise of `g`, below which a decreasing value counts as zero; `m3` bounds
 /// `|g'''|`.
 ///
-/// Over the next `H`, `-g''` is at most `m = max(0, -g'') + m3 H`, so no zero lies before the `h` that solves `g + g'
-/// h - m h²/2 = 0`, as long as `h <= H`. Steps of this length cannot skip a pair of zeros, however close, and become
-/// Newton's method at a simple zero.
+/// Over the next `H`, `-g''` is at most `m = max(0, -g'') + m3 H`, so no zero lies before the `h` that solves
+/// `g + g' h - m h²/2 = 0`, as long as `h <= H`. Steps of this length cannot skip a pair of zeros, however close, and
+/// become Newton's method at a simple zero.
 pub(super) fn first_zero(
     start: f64,
     trust: f64,

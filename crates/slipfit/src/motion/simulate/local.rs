@@ -137,8 +137,8 @@ impl Local {
         }
     }
 
-    /// Time at which `e + U(u) - U(0)` first leaves `[-down, up]`, and the side, if `U` is one harmonic: `U(u) = Re c
-    /// e^(i omega u)` reaches the limit at an angle of `±acos`.
+    /// Time at which `e + U(u) - U(0)` first leaves `[-down, up]`, and the side, if `U` is one harmonic:
+    /// `U(u) = Re c e^(i omega u)` reaches the limit at an angle of `±acos`.
     ///
     /// `None` if `U` is anything else, if a crest lies within rounding of a limit, or if the pull starts at a limit:
     /// these cases are left to the search.

@@ -19,9 +19,9 @@ impl Motion {
     /// Runs to `until_s` and propagates the Jacobian of the event map.
     ///
     /// Arcs contribute their closed-form transition; a turning point multiplies the velocity row by the ratio of the
-    /// accelerations after and before; a stop sets it to zero; a release makes it `-(acceleration at release /
-    /// drive's slope)` times the position row. A mass that sticks at the start is assumed to stick also when
-    /// perturbed.
+    /// accelerations after and before; a stop sets it to zero; a release makes it
+    /// `-(acceleration at release / drive's slope)` times the position row. A mass that sticks at the start is
+    /// assumed to stick also when perturbed.
     pub fn tangent(mut self, until_s: f64) -> Tangent {
         let mut m = if self.direction() == 0.0 { [[1.0, 0.0], [0.0, 0.0]] } else { [[1.0, 0.0], [0.0, 1.0]] };
         loop {

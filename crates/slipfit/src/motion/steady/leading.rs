@@ -13,8 +13,8 @@ use std::f64::consts::PI;
 /// ```
 ///
 /// It is the series truncated after its first term, with `phi_1 = 0`. At resonance the turning points agree to 2e-4
-/// and the fundamental to 1e-3 at a gain of 5 (`Q = 50`, `beta = 0.9`); on the flanks it is 9 % too low at `0.97
-/// omega_0` and 20 % too high at `1.06 omega_0`, which the paper does not mention. Apart from the shift due to
+/// and the fundamental to 1e-3 at a gain of 5 (`Q = 50`, `beta = 0.9`); on the flanks it is 9 % too low at
+/// `0.97 omega_0` and 20 % too high at `1.06 omega_0`, which the paper does not mention. Apart from the shift due to
 /// viscous damping it has no shift of the resonance; the exact resonance is lower by about `2 (F/(pi k R))²`.
 ///
 /// It is zero if the drive is too weak for a motion: `x_0 <= 4F/(pi k)` at resonance.

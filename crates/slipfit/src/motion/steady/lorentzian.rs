@@ -74,8 +74,8 @@ pub struct Inversion {
     pub q_factor: f64,
 }
 
-/// `F` and `Q` from a fitted `x_f` and `Q_f`, by solving eqs. (12) and (13) with known `x_0`: `beta = (x_0 -
-/// x_f)/(x_0 - x_f/a)`.
+/// `F` and `Q` from a fitted `x_f` and `Q_f`, by solving eqs. (12) and (13) with known `x_0`:
+/// `beta = (x_0 - x_f)/(x_0 - x_f/a)`.
 ///
 /// This is how the paper obtains its table, with `a` = [`PAPER_A`]. It is biased as described in the [module](self)
 /// and given for comparison.

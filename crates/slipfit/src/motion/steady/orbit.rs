@@ -348,8 +348,8 @@ impl PeriodicOrbit {
         }
     }
 
-    /// Phasor of harmonic `n` of the friction force over the stiffness, with time counted from the drive's crest; `n
-    /// = 0` gives the mean.
+    /// Phasor of harmonic `n` of the friction force over the stiffness, with time counted from the drive's crest;
+    /// `n = 0` gives the mean.
     ///
     /// This is the Fourier series of friction with sticking: Vitorino, Vieira and Rodrigues suggest, after their eq.
     /// (8), that static friction "can also be treated using an appropriate Fourier series", without carrying it out.

@@ -130,9 +130,9 @@ pub fn displacement(
 
 /// Solution of the series: phasors of `n = 1, 3 … 2 terms - 1`, with the drive's crest at `t = 0`.
 ///
-/// Eqs. (2), (3) and (6) together leave one unknown, the in-phase part `p` of the fundamental; `|D (p - i q)/k + 4 i
-/// x_F/pi| = x_0` is a quadratic equation for it, of which eq. (8) is the case `q = 0`. With more terms it converges
-/// to the exact motion if that has no stops.
+/// Eqs. (2), (3) and (6) together leave one unknown, the in-phase part `p` of the fundamental;
+/// `|D (p - i q)/k + 4 i x_F/pi| = x_0` is a quadratic equation for it, of which eq. (8) is the case `q = 0`. With
+/// more terms it converges to the exact motion if that has no stops.
 ///
 /// `None` if the drive is too weak for a motion of this kind.
 pub fn solve(oscillator: &Oscillator, drive: &HarmonicDrive, terms: u32) -> Option<Vec<Phasor>> {
@@ -160,8 +160,8 @@ pub fn solve(oscillator: &Oscillator, drive: &HarmonicDrive, terms: u32) -> Opti
     Some(all)
 }
 
-/// The motion by the Fourier series of friction with sticking: the mean and the harmonics up to `highest`, `X_n =
-/// (U_n + f_n) k/D(n omega)`, with the drive's crest at `t = 0`.
+/// The motion by the Fourier series of friction with sticking: the mean and the harmonics up to `highest`,
+/// `X_n = (U_n + f_n) k/D(n omega)`, with the drive's crest at `t = 0`.
 ///
 /// Vitorino, Vieira and Rodrigues suggest this for static friction after their eq. (8). The force is that of the
 /// exact motion, `f_n` of [`PeriodicOrbit::friction_harmonic`]; truncated after `highest` harmonics, the series still

@@ -72,8 +72,8 @@ impl Sine {
     }
 }
 
-/// The phase of the drive over a stretch: `omega u + c_2 v² + c_3 v³`, with the time `u` from the middle and `v =
-/// u/half`, because exciters change their speed.
+/// The phase of the drive over a stretch: `omega u + c_2 v² + c_3 v³`, with the time `u` from the middle and
+/// `v = u/half`, because exciters change their speed.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PhaseLaw {
     omega: f64,
