@@ -1,4 +1,4 @@
-//! The columns of a table while they are chosen.
+//! State of the choice of columns from a table.
 
 use slipfit::answer::hint::Analysis;
 
@@ -17,52 +17,52 @@ use crate::{
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Picked {
     pub(crate) index: usize,
-    /// The unit its numbers are taken to have.
+    /// Unit assumed for its numbers.
     pub(crate) unit: String,
-    /// Why this column.
+    /// Reason for choosing this column.
     pub(crate) why: String,
 }
 
 impl Picked {
-    /// As the report has it.
+    /// The column in the form used by the report.
     pub(crate) fn taken(&self, head: &Head) -> ColumnTaken {
         ColumnTaken { column: head.info(self.index), unit: self.unit.clone(), why: self.why.clone() }
     }
 }
 
-/// A column of parts of a second.
+/// A column of fractions of a second.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Fraction {
     pub(crate) index: usize,
-    /// So many make a second.
+    /// Number of its units per second.
     pub(crate) a_second: f64,
 }
 
-/// A table on its way to a choice.
+/// State of the choice of columns of a table.
 pub(crate) struct Chooser<'a> {
     pub(crate) head: &'a Head,
-    /// The numbers, all of them or those of the first rows.
+    /// Numbers of all rows or of the first rows.
     pub(crate) values: &'a [Vec<f64>],
     pub(crate) options: &'a ReadOptions,
     pub(crate) roles: Vec<Role>,
-    /// Columns of the table and run that are read.
+    /// Columns of the table and run being read.
     pub(crate) near: Vec<usize>,
     pub(crate) notes: Vec<Note>,
-    /// What the numbers of a record look like.
+    /// Numerical properties of the columns of a record.
     pub(super) contents: Vec<Content>,
-    /// Whether the numbers decided, so that more of them could decide better.
+    /// Whether the choice depended on the numbers, so that reading more rows could improve it.
     pub(super) by_content: bool,
-    /// The parts of a second beside the whole ones of the column of times.
+    /// Fractions of a second to be added to whole seconds in the time column.
     pub(super) fraction: Option<Fraction>,
 }
 
 impl<'a> Chooser<'a> {
-    /// Columns over time.
+    /// Chooser for columns over time.
     pub(super) fn of_record(head: &'a Head, values: &'a [Vec<f64>], options: &'a ReadOptions) -> Self {
         let contents: Vec<Content> = values.iter().map(|column| Content::of(column)).collect();
         let mut roles = role::in_records(&head.names);
         for (role, (name, content)) in roles.iter_mut().zip(head.names.iter().zip(&contents)) {
-            // A date that goes on from row to row holds the time of day too.
+            // A date column that increases from row to row also contains the time of day.
             if *role == Role::Never && role::names_date(name) && content.is_monotone() {
                 *role = Role::Time;
             }
@@ -70,7 +70,7 @@ impl<'a> Chooser<'a> {
         Self { contents, ..Self::new(head, values, options, roles) }
     }
 
-    /// Columns over frequency or over drive levels.
+    /// Chooser for columns over frequency or over drive levels.
     pub(crate) fn of_curve(head: &'a Head, values: &'a [Vec<f64>], options: &'a ReadOptions) -> Self {
         Self::new(head, values, options, head.names.iter().map(Role::in_curve).collect())
     }
@@ -94,12 +94,12 @@ impl<'a> Chooser<'a> {
         self.head.label(index)
     }
 
-    /// All columns as a sentence names them.
+    /// All columns, as listed in a message.
     pub(crate) fn list(&self) -> String {
         self.head.list(&self.head.all())
     }
 
-    /// The column an option asks for.
+    /// The column selected by an option.
     pub(crate) fn asked(
         &self,
         option: &'static str,
@@ -126,14 +126,14 @@ impl<'a> Chooser<'a> {
         values.next().is_some_and(|first| values.any(|v| v != first))
     }
 
-    /// The first column of a role that holds numbers; those that vary before those that do not.
+    /// The first column with a role that holds numbers; varying columns are preferred to constant ones.
     pub(crate) fn of_role(&self, wanted: Role, without: &[usize]) -> Option<usize> {
         let fits = |i: &&usize| self.roles[**i] == wanted && !without.contains(i) && self.filled(**i);
         let varying = self.near.iter().filter(fits).find(|i| self.varies(**i));
         varying.or_else(|| self.near.iter().find(fits)).copied()
     }
 
-    /// Why columns among which one is missing are no record: they hold a curve over frequency or amplitudes over drive levels.
+    /// Problem that explains a missing column: the table holds a curve over frequency or amplitudes over drive levels.
     pub(super) fn not_over_time(&self, missing: &'static str) -> Option<ReadProblem> {
         let of = |wanted: Role| {
             let fits = |i: &usize| Role::in_curve(&self.head.names[*i]) == wanted && self.varies(*i);
@@ -149,7 +149,7 @@ impl<'a> Chooser<'a> {
         is(drive, "levels of a drive", "amplitudes over drive levels", Analysis::Levels)
     }
 
-    /// Columns with numbers that are not read, so that nobody has to wonder.
+    /// Notes the columns that hold numbers but are not read.
     pub(crate) fn note_unread(&mut self, taken: &[usize]) {
         let unread: Vec<usize> = (0..self.values.len())
             .filter(|i| !taken.contains(i) && self.filled(*i))
@@ -161,7 +161,7 @@ impl<'a> Chooser<'a> {
     }
 }
 
-/// The number asked for, or the first, of so many tables or runs.
+/// The requested number of a table or run (default: the first) out of `found`.
 pub(super) fn numbered(
     option: &'static str,
     wanted: Option<usize>,

@@ -1,4 +1,4 @@
-//! Where the times of the rows come from.
+//! Choice of the times of the rows.
 
 use super::{
     chooser::{Chooser, Picked},
@@ -11,11 +11,11 @@ use crate::{
     report::Note,
 };
 
-/// Where the times come from.
+/// Source of the times.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Time {
     Column(Picked, Seconds),
-    /// Times since the row before.
+    /// Times since the previous row.
     Intervals(Picked, Seconds),
     /// A sampling rate (Hz).
     Rate(f64),
@@ -31,7 +31,7 @@ impl Time {
     }
 }
 
-/// The unit of times since 1970, by their size: those of 2001 to 2286.
+/// Unit of times since 1970, determined by their magnitude, for the years 2001 to 2286.
 fn epoch(time: f64) -> Option<(&'static str, Seconds)> {
     const UNITS: [(f64, &str, Seconds); 4] = [
         (1.0, "s", Seconds::Same),
@@ -43,15 +43,15 @@ fn epoch(time: f64) -> Option<(&'static str, Seconds)> {
     UNITS.into_iter().find(within).map(|(_, unit, seconds)| (unit, seconds))
 }
 
-/// The longest step between rows of a clock that counts without naming its unit, 1 s in ns.
+/// Longest step between rows of a counting clock without a unit: 1 s in ns.
 const COUNTS: f64 = 1e9;
 
-/// Day numbers of the years 1982 to 2064, of spreadsheets and of MATLAB.
+/// Day numbers of the years 1982 to 2064, as used by spreadsheets and by MATLAB.
 const DAYS: [std::ops::Range<f64>; 2] = [30e3..60e3, 724e3..754e3];
-/// The longest step between rows that are numbered by days, about a quarter of an hour.
+/// Longest step between rows with day numbers, about a quarter of an hour.
 const DAYS_APART: f64 = 0.01;
 
-/// What a clock counts that has no unit of time of its own.
+/// Units of counting clocks that are not units of time.
 const COUNTED: &str = "ticks tick samples sample frames frame points counts count";
 
 impl Chooser<'_> {
@@ -78,12 +78,12 @@ impl Chooser<'_> {
             || self.near.iter().copied().filter(|&c| Some(c) != signal && self.contents[c].filled > 0.0);
         let named: Vec<usize> = others().filter(|&c| self.roles[c] == Role::Time).collect();
         let usable = |c: usize| self.contents[c].is_monotone() || self.is_interval(c);
-        // A counter of rows has no rate.
+        // A row counter is not a time.
         let steady = |&c: &usize| {
             self.contents[c].is_monotone() && self.roles[c] != Role::Never && !self.contents[c].counts
         };
         let by_content = others().find(steady).filter(|_| others().count() > 1 || signal.is_some());
-        // Seconds since the start are written with more digits than seconds since 1970.
+        // Times since the start have more decimal places than times since 1970 and are preferred.
         let since_1970 =
             |c: usize| self.head.names[c].unit.is_empty() && epoch(self.contents[c].least).is_some();
         let best = || named.iter().copied().filter(|&c| usable(c));
@@ -106,7 +106,7 @@ impl Chooser<'_> {
                 self.time_taken(index, STEADY)
             }
             (None, None) => {
-                // What is named as something else is no time, however constant.
+                // A column named as another quantity is not a time, even if it is constant.
                 let unnamed = |c: usize| self.roles[c] == Role::Unknown || self.head.names[c].is_step();
                 let interval = others().rfind(|&c| unnamed(c) && self.is_interval(c));
                 let rate_hz = named::named_rate_hz(&self.head.named_values);
@@ -137,7 +137,7 @@ impl Chooser<'_> {
         }
     }
 
-    /// The rate that an instrument states, of a table that is no curve over frequency.
+    /// The sampling rate stated by the instrument, for a table that is not a curve over frequency.
     fn stated_rate_hz(&self) -> Option<f64> {
         let of_curve = |c: &usize| {
             let role = Role::in_curve(&self.head.names[*c]);
@@ -146,14 +146,15 @@ impl Chooser<'_> {
         self.head.stated_rate_hz.filter(|_| !self.near.iter().any(of_curve))
     }
 
-    /// The rate that the file names.
+    /// The sampling rate named in the file.
     fn named_rate_hz(&self) -> Option<f64> {
         self.head.stated_rate_hz.or_else(|| named::named_rate_hz(&self.head.named_values))
     }
 
-    /// The unit of counts so far apart by the rate that the file names, where it is another power of ten than the guess.
+    /// Unit of counts with this mean step, from the rate named in the file, if it is a power of ten other than the
+    /// guess.
     fn unit_by_rate(&self, mean_step: f64, guess: Seconds) -> Option<(f64, String, Seconds)> {
-        /// Decades by which lost rows move the mean step: 1 %.
+        /// Tolerance in decades for the change of the mean step by lost rows: 1 %.
         const WITHIN: f64 = 0.005;
         let rate_hz = self.named_rate_hz()?;
         let decades = (rate_hz * mean_step).log10();
@@ -163,15 +164,15 @@ impl Chooser<'_> {
         (by_rate && seconds != guess).then(|| (rate_hz, format!("1/{a_second} s"), seconds))
     }
 
-    /// Whether a column holds the times between rows.
+    /// Whether a column holds the time steps between rows.
     fn is_interval(&self, index: usize) -> bool {
         let content = self.contents[index];
         let named = self.head.names[index].is_step() && content.least >= 0.0 && content.greatest > 0.0;
         !content.is_monotone() && (content.is_interval() || named)
     }
 
-    /// The times of the signal's own sensor, where each sensor has its own: `Time A`, `Pos A`,
-    /// `Time B`, `Pos B`.
+    /// The times of the signal's own sensor, if each sensor has its own time column: `Time A`, `Pos A`, `Time B`,
+    /// `Pos B`.
     pub(super) fn nearer_time(&self, time: &Time, signal: usize) -> Option<usize> {
         let Time::Column(taken, _) = time else { return None };
         let before = signal.checked_sub(1)?;
@@ -197,7 +198,7 @@ impl Chooser<'_> {
         Ok(if interval { Time::Intervals(picked, seconds) } else { Time::Column(picked, seconds) })
     }
 
-    /// The unit of times as their header or their numbers have it.
+    /// Unit of the times, from their header or their numbers.
     fn time_unit(&mut self, index: usize, interval: bool) -> Result<(String, Seconds), ReadProblem> {
         let (content, name, label) = (self.contents[index], &self.head.names[index], self.label(index));
         let milliseconds = || ("ms".to_owned(), Seconds::Over(1e3));
@@ -247,7 +248,8 @@ impl Chooser<'_> {
             let text = format!("{label}: steps of {:.0} were taken as milliseconds", content.greatest);
             (text, milliseconds())
         } else if !interval && content.whole && (2.0..=COUNTS).contains(&content.mean_step) {
-            // Microcontrollers count milliseconds and microseconds; nobody samples an oscillator every few seconds.
+            // Microcontrollers count milliseconds and microseconds; an oscillator is not sampled only every few
+            // seconds.
             let (of_what, taken) = match content.mean_step {
                 step if step <= 1e3 => ("milliseconds", milliseconds()),
                 step if step <= 1e6 => ("microseconds", microseconds()),
@@ -268,7 +270,7 @@ impl Chooser<'_> {
             let text = format!("{label} names no unit: its times were taken as seconds");
             (text, ("s".to_owned(), Seconds::Same))
         };
-        // Rows less than a day apart in numbers of days since 1900 or since the year 0.
+        // Day numbers since 1900 or since the year 0, with rows less than a day apart.
         let in_days = !content.whole && DAYS.iter().any(|days| days.contains(&content.least)) && !interval;
         let advice = if in_days && content.mean_step < DAYS_APART {
             "says otherwise: days where they are the day numbers of a spreadsheet"

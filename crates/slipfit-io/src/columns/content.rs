@@ -1,42 +1,42 @@
-//! What the numbers of a column look like.
+//! Properties of a column derived from its numbers.
 
 use super::sentinel;
 
-/// What tells a column that rings from the others, by its numbers alone. All chosen on the measured files and on
-/// simulated phone records (three axes, 0.3 % to 1 % noise, rests up to 300 times the decay).
+/// Criteria that distinguish a ringing column from the others by its numbers alone. All were chosen on the measured
+/// files and on simulated phone records (three axes, 0.3 % to 1 % noise, rest periods up to 300 times the decay).
 mod criteria {
-    /// Blocks a column is cut into at most.
+    /// Maximum number of blocks into which a column is divided.
     pub(super) const BLOCKS: usize = 64;
-    /// Crossings of the mean in a block: blocks of less than two cycles would differ by their phase alone.
+    /// Crossings of the mean per block: blocks of less than two cycles would differ by their phase alone.
     pub(super) const BLOCK_CROSSINGS: usize = 4;
-    /// Rms of a block over the greatest, below which the column rests.
+    /// Rms of a block relative to the greatest, below which the column is at rest.
     pub(super) const REST: f64 = 0.03;
-    /// Rms of a block over the greatest, above which the motion has not died down yet.
+    /// Rms of a block relative to the greatest, above which the motion has not yet decayed.
     pub(super) const FULL: f64 = 0.8;
-    /// Share of blocks between the two in a column that dies down, but for its edges.
+    /// Minimum share of blocks between these limits in a decaying column, excluding its edges.
     pub(super) const GRADUAL: f64 = 0.1;
     /// Correlation of successive samples, below which a column or a block is noise.
     pub(super) const SMOOTH: f64 = 0.3;
-    /// Crossings of the mean in the part of a column that moves, below which the rest is not cut off.
+    /// Minimum number of mean crossings in the moving part of a column for cutting off the rest.
     pub(super) const MOTION_CROSSINGS: usize = 8;
-    /// Part of a column's variance that squares of another explain: 0.9 and more in simulated phones on a pendulum, none in
-    /// axes that move on their own.
+    /// Part of a column's variance explained by the squares of another: 0.9 and more in simulated phones on a pendulum,
+    /// none in axes that move independently.
     pub(super) const SQUARE: f64 = 0.8;
-    /// First rows that may be pieces of lines, as a serial monitor shows them that begins to listen.
+    /// Number of first rows that may be fragments of lines, as written by a serial monitor that starts in mid-line.
     pub(super) const STRAY_ROWS: usize = 5;
-    /// Rows behind these, at least, where they are set aside.
+    /// Minimum number of rows after these for setting them aside.
     pub(super) const OTHER_ROWS: usize = 50;
 }
 use criteria::{
     BLOCK_CROSSINGS, BLOCKS, FULL, GRADUAL, MOTION_CROSSINGS, OTHER_ROWS, REST, SMOOTH, SQUARE, STRAY_ROWS,
 };
 
-/// A column as its numbers describe it; gaps are NaN.
+/// Numerical properties of a column; gaps are NaN.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Content {
     /// Share of rows that hold a number.
     pub(super) filled: f64,
-    /// Share of steps that go up, of those that go up or down.
+    /// Share of rising steps among those that rise or fall.
     pub(super) rising: f64,
     /// Share of steps that are not zero.
     pub(super) moving: f64,
@@ -50,11 +50,11 @@ pub(super) struct Content {
     pub(super) greatest: f64,
     /// Greatest rms about the mean in any block.
     pub(super) swing: f64,
-    /// Share of blocks of the motion that are no noise and neither at rest nor in full swing, but for its edges.
+    /// Share of blocks of the motion that are not noise and lie between rest and full swing, excluding its edges.
     pub(super) gradual: f64,
     /// Correlation of successive samples of the motion.
     pub(super) smoothness: f64,
-    /// Whether the values scatter little about a positive mean, the first aside.
+    /// Whether the values, except the first, scatter little about a positive mean.
     pub(super) steady_positive: bool,
 }
 
@@ -90,25 +90,25 @@ impl Content {
         }
     }
 
-    /// Whether the numbers could be times: they go up, rarely down.
+    /// Whether the numbers could be times: they increase and rarely decrease.
     pub(super) fn is_monotone(&self) -> bool {
         self.filled > 0.0 && self.greatest > self.least && self.rising >= 0.98 && self.moving >= 0.02
     }
 
-    /// Whether the numbers could be times between samples: positive, nearly
-    /// equal, and the first, which has nothing before it, different.
+    /// Whether the numbers could be time steps between samples: positive and nearly equal, except for the first, which
+    /// has no predecessor.
     pub(super) fn is_interval(&self) -> bool {
         self.steady_positive && self.least >= 0.0 && self.greatest > self.least
     }
 
-    /// Whether the numbers oscillate and die down by degrees.
+    /// Whether the numbers oscillate and decay gradually.
     pub(super) fn is_ringing(&self) -> bool {
         self.gradual >= GRADUAL && self.smoothness >= SMOOTH
     }
 }
 
-/// First values that are pieces of others: among them one has a fraction or is above its follower where none of the many
-/// behind them has or is.
+/// Number of first values that are fragments: one of them has a fractional part or exceeds its successor, which none of
+/// the many values after them does.
 fn stray_rows(values: &[f64]) -> usize {
     let Some((first, others)) = values.split_at_checked(STRAY_ROWS).filter(|(_, o)| o.len() >= OTHER_ROWS)
     else {
@@ -120,7 +120,7 @@ fn stray_rows(values: &[f64]) -> usize {
     if counts && all.windows(2).any(is_odd) { STRAY_ROWS } else { 0 }
 }
 
-/// How many steps from row to row go up, go down, and are exactly one.
+/// Numbers of steps from row to row that rise, that fall, and that are exactly one.
 #[derive(Default)]
 struct Steps {
     up: usize,
@@ -141,8 +141,8 @@ impl Steps {
     }
 }
 
-/// The sum of what a function makes of pairs of values, several at a time: additions one after the other would wait for
-/// each other.
+/// Sum of a function of pairs of values, in several independent lanes: sequential additions would have to wait for each
+/// other.
 #[inline(always)]
 fn sum_of_pairs(values: &[f64], others: &[f64], of: impl Fn(f64, f64) -> f64) -> f64 {
     const LANES: usize = 8;
@@ -167,7 +167,7 @@ fn mean_and_rms(values: &[f64]) -> (f64, f64) {
     (mean, (squares / values.len().max(1) as f64).sqrt())
 }
 
-/// Cuts a column into blocks of at least two cycles.
+/// Divides a column into blocks of at least two cycles.
 fn blocks(values: &[f64]) -> Vec<&[f64]> {
     let n = values.len();
     let count = BLOCKS.min(n / 16).min(crossings(values) / BLOCK_CROSSINGS).max(4).min(n.max(1));
@@ -178,8 +178,8 @@ fn greatest_rms(blocks: &[&[f64]]) -> f64 {
     blocks.iter().map(|block| mean_and_rms(block).1).fold(0.0, f64::max)
 }
 
-/// How many values rest before the motion, and the part around its greatest swing between two rests. Blocks of a
-/// long record would hold a short decay whole.
+/// Number of values at rest before the motion, and the part around the greatest swing between two rest periods. A
+/// single block of a long record could contain a short decay completely.
 fn motion(values: &[f64]) -> (usize, &[f64]) {
     let (mut rest, mut part) = (0, values);
     loop {
@@ -208,7 +208,7 @@ fn crossings(values: &[f64]) -> usize {
     pairs.map(|(v, next)| usize::from((*v < mean) != (*next < mean))).sum()
 }
 
-/// Share of the blocks of a motion in which it is dying down, but for those in which a drive was switched on or off.
+/// Share of the blocks of a motion in which it decays, excluding those in which a drive was switched on or off.
 fn gradual(blocks: &[&[f64]], begins_at_rest: bool) -> f64 {
     let greatest = greatest_rms(blocks);
     let dies_down = |block: &&&[f64]| {
@@ -234,8 +234,7 @@ fn steady_positive(values: &[f64]) -> bool {
     rest.len() > 3 && rest.iter().all(|v| *v > 0.0) && rms < 0.3 * mean && *first < 0.5 * mean
 }
 
-/// Whether `candidate` runs like the derivative of `column`: correlation with
-/// its central differences above 0.9.
+/// Whether `candidate` behaves like the derivative of `column`: correlation with its central differences above 0.9.
 pub(super) fn is_derivative(candidate: &[f64], column: &[f64]) -> bool {
     let pairs: Vec<(f64, f64)> = column
         .windows(3)
@@ -251,11 +250,11 @@ pub(super) fn is_derivative(candidate: &[f64], column: &[f64]) -> bool {
     dd > 0.0 && vv > 0.0 && dv / (dd * vv).sqrt() > 0.9
 }
 
-/// Rows apart whose difference stands for a velocity; one of them is near an eighth of a period or a quarter.
+/// Row distances whose difference serves as velocity; one of them is close to an eighth or a quarter of a period.
 const VELOCITY_ROWS: [usize; 9] = [1, 2, 4, 8, 16, 32, 64, 128, 256];
 
-/// Whether `candidate` runs like the square of an oscillation in `column` and of its velocity, as the acceleration along
-/// a pendulum beside that across it.
+/// Whether `candidate` behaves like the square of an oscillation in `column` and of its velocity, as the acceleration
+/// along a pendulum does when `column` is the acceleration across it.
 pub(super) fn is_square(candidate: &[f64], column: &[f64]) -> bool {
     let mean = |values: &[f64]| {
         let finite = || values.iter().filter(|v| v.is_finite());
@@ -272,7 +271,7 @@ pub(super) fn is_square(candidate: &[f64], column: &[f64]) -> bool {
     })
 }
 
-/// Part of the variance of the third number of each row that the first two explain.
+/// Part of the variance of the third number of each row explained by the first two.
 fn explained(rows: &[[f64; 3]]) -> f64 {
     let n = rows.len().max(1) as f64;
     let mean = [0, 1, 2].map(|i| rows.iter().map(|row| row[i]).sum::<f64>() / n);

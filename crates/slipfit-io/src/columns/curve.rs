@@ -1,4 +1,4 @@
-//! Which columns make a curve over frequency, and why.
+//! Choice of the columns of a curve over frequency, with reasons.
 
 use slipfit::{SignalKind, answer::hint::Hint};
 
@@ -15,7 +15,7 @@ use super::{
 };
 use crate::{error::ReadProblem, options::ReadOptions, report::Note};
 
-/// Everything to be read of a curve.
+/// Columns and settings with which a curve is read.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Choice {
     pub(crate) frequency: Frequency,
@@ -26,13 +26,13 @@ pub(crate) struct Choice {
     pub(crate) unit: String,
     pub(crate) runs: usize,
     pub(crate) run: usize,
-    /// Whether a name says that this is a curve.
+    /// Whether a name identifies this as a curve.
     pub(crate) named: bool,
     pub(crate) notes: Vec<Note>,
 }
 
 impl Choice {
-    /// The columns read, with what they are.
+    /// The columns read, with their roles.
     pub(crate) fn columns(&self) -> Vec<(&'static str, &Picked)> {
         let mut columns = self.frequency.columns();
         columns.extend(self.response.columns());
@@ -67,7 +67,7 @@ impl Chooser<'_> {
         Ok(Choice { frequency, response, drive, std_error, kind, unit, runs, run, named, notes })
     }
 
-    /// Curves in groups of columns begin with a frequency each.
+    /// Selects a run; each curve in groups of columns begins with a frequency.
     fn take_run(&mut self) -> Result<(usize, usize), ReadProblem> {
         let leads = |role: Role| matches!(role, Role::Frequency | Role::Period | Role::Shift);
         let names = &self.head.names;
@@ -97,7 +97,7 @@ impl Chooser<'_> {
         }
         let names = &self.head.names;
         let theirs = name::words(&names[amplitude.index].bare);
-        // Errors of something else name it, or stand behind it.
+        // Errors of another quantity contain its name or follow its column.
         let own = |i: usize| {
             let words = name::words(&names[i].bare);
             let of_other = ["f", "freq", "frequency", "phase", "phi", "drive", "t"];
@@ -116,7 +116,7 @@ impl Chooser<'_> {
         Ok(Some(self.picked(index, "named like the standard error of the amplitude")))
     }
 
-    /// `dA`, `ΔA` or `u_A` beside `A`, in its unit.
+    /// Whether a column is named as the error of another, like `dA`, `ΔA` or `u_A` of `A`, and has its unit or none.
     fn is_differential(&self, index: usize, of: usize) -> bool {
         let (name, amplitude) = (&self.head.names[index], &self.head.names[of]);
         let bare = name.bare.to_lowercase();
@@ -169,7 +169,7 @@ impl Chooser<'_> {
         self.notes.push(note);
     }
 
-    /// What the response is, and the unit of the curve.
+    /// Kind of the response, and unit of the curve.
     fn kind(&mut self, response: &Response) -> (SignalKind, String) {
         let (unit, index) = match response {
             Response::Amplitude(amplitude, ..) => (amplitude.unit.clone(), amplitude.index),
@@ -184,12 +184,12 @@ impl Chooser<'_> {
             return (kind, unit);
         }
         let name = &self.head.names[index];
-        // A name says so by a word, not by a letter that means something else here.
+        // The kind is named by a word, not by a single letter, which has another meaning here.
         let long = name::words(&name.bare).first().is_some_and(|w| w.chars().count() > 3);
         let bare = name.bare.to_lowercase();
         let named = |words: &[&str]| words.iter().any(|word| bare.contains(word));
         let kind = match (Role::in_record(name), units::measures(&unit)) {
-            // A response to a force has a name of its own for each kind.
+            // A response to a force has a separate name for each kind.
             (_, None) if named(&["mobilit", "movilidad"]) => SignalKind::Velocity,
             (_, None) if named(&["inertanc", "accelerance"]) => SignalKind::Acceleration,
             (Role::Signal { kind: kind @ (SignalKind::Velocity | SignalKind::Acceleration), .. }, _)

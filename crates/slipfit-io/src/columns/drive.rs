@@ -1,4 +1,4 @@
-//! Which column of a curve holds the drive.
+//! Choice of the drive column of a curve.
 
 use slipfit::SignalKind;
 
@@ -16,9 +16,9 @@ use crate::{error::ReadProblem, report::Note};
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Drive {
     pub(crate) column: Picked,
-    /// A motion of the base that is a velocity or an acceleration is divided by omega as often as the response.
+    /// A base motion that is a velocity or an acceleration is divided by omega as often as such a response.
     pub(crate) kind: SignalKind,
-    /// Levels are made linear as those of the response are.
+    /// Levels are converted to linear values like those of the response.
     pub(crate) scale: Scale,
 }
 
@@ -77,7 +77,7 @@ impl Chooser<'_> {
         self.notes.push(Note::new(text).hint(option, "insists"));
     }
 
-    /// The motion of the base where nothing else is the drive.
+    /// The motion of the base, used if nothing else is the drive.
     fn base_beside(&mut self, taken: &[usize]) -> Option<Drive> {
         let index = self.of_role(Role::Base, taken)?;
         if !self.is_positive(index) {
@@ -109,7 +109,7 @@ impl Chooser<'_> {
         Drive { kind, ..Drive::of(column) }
     }
 
-    /// Whether a column is named as one of several channels, which says nothing of what is in them.
+    /// Whether a column is named as one of several channels, which does not identify its content.
     pub(super) fn is_channel(&self, index: usize) -> bool {
         let words = name::words(&self.head.names[index].bare);
         let channel = ["ch", "chan", "channel", "kanal", "canal", "canale", "voie", "cha", "chb"];
@@ -117,7 +117,7 @@ impl Chooser<'_> {
             && words.first().is_some_and(|word| channel.contains(&word.as_str()))
     }
 
-    /// The one other channel beside that of the response, in its unit, that has no peak.
+    /// The only other channel in the unit of the response that has no peak.
     fn other_channel(&mut self, response: &Picked, taken: &[usize]) -> Option<Drive> {
         if !self.is_channel(response.index) || self.peak_over_ends(response.index) < PEAK {
             return None;
@@ -140,8 +140,8 @@ impl Chooser<'_> {
         Some(Drive::of(self.picked(other, "the channel without a peak; divided out")))
     }
 
-    /// The greatest mean of a tenth of the rows over that of the tenths at the ends; 0 where it is not above zero
-    /// throughout. Means, so that one wild point is no peak.
+    /// Greatest mean over a tenth of the rows, relative to that over the tenths at the ends; 0 if any value is not
+    /// positive. Means are used so that a single outlier is not a peak.
     pub(super) fn peak_over_ends(&self, index: usize) -> f64 {
         let values: Vec<f64> = self.finite(index).collect();
         if values.is_empty() || values.iter().any(|v| *v <= 0.0) {

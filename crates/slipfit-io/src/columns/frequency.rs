@@ -1,4 +1,4 @@
-//! Which column holds the frequencies of a curve.
+//! Choice of the frequency column of a curve.
 
 use std::f64::consts::{E, TAU};
 
@@ -17,13 +17,13 @@ use crate::{
 /// How the frequency is written.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Frequency {
-    /// Times a factor to Hz.
+    /// Column and factor to Hz.
     Plain(Picked, f64),
-    /// Logarithms to a base of frequencies, which are times a factor Hz.
+    /// Column of logarithms, their base, and the factor of the frequencies to Hz.
     Logarithm(Picked, f64, f64),
-    /// The factor for its unit to seconds.
+    /// Column and factor of its unit to seconds.
     Period(Picked, f64),
-    /// Times a factor, from a centre in Hz or from one that stands in a column, with its factor.
+    /// Column of shifts with its factor, and the centre: in Hz, or in a column with its own factor.
     Shift(Picked, f64, Centre),
 }
 
@@ -34,7 +34,7 @@ pub(crate) enum Centre {
 }
 
 impl Frequency {
-    /// The columns read, with what they are; the first is the one swept.
+    /// The columns read, with their roles; the first is the swept one.
     pub(super) fn columns(&self) -> Vec<(&'static str, &Picked)> {
         match self {
             Self::Plain(p, _) | Self::Logarithm(p, ..) => vec![("frequency", p)],
@@ -51,7 +51,7 @@ impl Frequency {
     }
 }
 
-/// Base and factor to Hz of a column of logarithms, by its header or by the unit given: `log10 f`, `lg(f/kHz)`,
+/// Base and factor to Hz of a column of logarithms, from its header or the given unit: `log10 f`, `lg(f/kHz)`,
 /// `ln omega`, `log10 kHz`.
 fn logarithm(header: &str) -> Option<(f64, f64)> {
     let lower = header.trim().to_lowercase();
@@ -61,11 +61,11 @@ fn logarithm(header: &str) -> Option<(f64, f64)> {
     let words = name::words(rest);
     let of = words.first()?.as_str();
     let angular = matches!(of, "omega" | "\u{3c9}" | "w");
-    // `logf` is one word, `logger` another.
+    // `logf` is accepted as one word, `logger` is not.
     let apart =
         !rest.starts_with(char::is_alphabetic) || matches!(of, "f" | "freq" | "frequency" | "frequenz");
     let frequency = matches!(of, "f" | "nu" | "\u{3bd}") || of.starts_with("freq") || of.starts_with("frec");
-    // A unit keeps its case: mHz and MHz.
+    // Units are case-sensitive: mHz and MHz.
     let marks = |c: char| c.is_whitespace() || "()[]{},;".contains(c);
     let unit = header.trim().split(marks).flat_map(|part| [Some(part), part.split_once('/').map(|p| p.1)]);
     let factor = unit.flatten().find_map(units::hertz);
@@ -74,7 +74,7 @@ fn logarithm(header: &str) -> Option<(f64, f64)> {
     (apart && (frequency || angular) || unit_alone).then_some((base, factor))
 }
 
-/// Whether a column holds frequencies over one of them: `f/f0`, `\u{3c9}/\u{3c9}_n`, `normalised frequency`.
+/// Whether a column holds frequencies divided by a reference: `f/f0`, `\u{3c9}/\u{3c9}_n`, `normalised frequency`.
 fn is_ratio(name: &Name) -> bool {
     let letters = ["f", "\u{3bd}", "nu", "\u{3c9}", "omega", "w", "freq", "frequency", "frequenz"];
     let over = || {
@@ -93,7 +93,7 @@ fn is_ratio(name: &Name) -> bool {
     over() == Some(true) || named && (unit.is_empty() || matches!(unit, "1" | "-" | "%"))
 }
 
-/// Whether a name is that of an angular frequency.
+/// Whether a name denotes an angular frequency.
 fn is_angular(bare: &str) -> bool {
     let bare = bare.to_lowercase();
     let words = ["omega", "\u{3c9}", "kreisfreq", "angular", "pulsa"];
@@ -163,7 +163,7 @@ impl Chooser<'_> {
             }
             None => self.guessed_unit(index, &mut picked),
         };
-        // A slip of the pen is below zero here and there, shifts from a centre are as a rule.
+        // A few negative numbers are errors; shifts from a centre are often negative.
         let (all, below) = self.finite(index).fold((0, 0), |(n, m), v| (n + 1, m + usize::from(v < 0.0)));
         let negative = below * 10 > all;
         let shift = self.options.centre_hz.is_some() || role == Role::Shift || (negative && given.is_none());
@@ -189,7 +189,7 @@ impl Chooser<'_> {
         Frequency::Logarithm(picked, base, factor)
     }
 
-    /// The unit of a frequency that names none.
+    /// Unit of a frequency column that names none.
     fn guessed_unit(&mut self, index: usize, picked: &mut Picked) -> f64 {
         let header = self.head.names[index].header.trim().to_lowercase();
         let (unit, factor) = if is_angular(&self.head.names[index].bare) {
@@ -220,12 +220,12 @@ impl Chooser<'_> {
             (Role::Shift, "named like a shift of the frequency"),
             (Role::Period, "named like a period"),
         ] {
-            // Where a frequency stands beside its ratio to another one, it is read.
+            // If a frequency and its ratio to another one are both present, the frequency is read.
             let ratios: Vec<usize> =
                 self.near.iter().copied().filter(|&i| is_ratio(&self.head.names[i])).collect();
             let found = self.of_role(role, &ratios).or_else(|| self.of_role(role, &[]));
             let Some(index) = found else { continue };
-            // Of a frequency that never changes and shifts from it, the shifts are the sweep.
+            // If the frequency is constant and shifts from it are present, the shifts are the sweep.
             let constant = || !self.varies(index) && self.of_role(Role::Shift, &[]).is_some();
             if role == Role::Frequency && constant() {
                 continue;
@@ -238,7 +238,7 @@ impl Chooser<'_> {
         if let Some(time) = self.time_record(None) {
             return Err(self.is_record(time));
         }
-        // Without a name: the first column that never repeats itself much and is never negative.
+        // Without a name: the first column that changes in one direction and is never negative.
         let unnamed = |i: &usize| self.roles[*i] == Role::Unknown && self.filled(*i);
         let usable = |i: &usize| {
             let values: Vec<f64> = self.finite(*i).collect();
@@ -261,7 +261,7 @@ impl Chooser<'_> {
         ReadProblem::TimeRecord { column: self.label(time), instead_of: "a resonance curve" }
     }
 
-    /// A column of times beside samples that swing about: no curve.
+    /// The time column, if the table is a record and not a curve.
     fn time_record(&self, frequency: Option<usize>) -> Option<usize> {
         let time = self.of_role(Role::Time, &[])?;
         let curve = |i: &usize| {

@@ -11,8 +11,7 @@ pub(crate) struct Group {
     pub(crate) columns: Vec<usize>,
 }
 
-/// Groups the columns into tables and runs. `empty` tells the columns without
-/// any number.
+/// Groups the columns into tables and runs. `empty` marks the columns without any number.
 pub(crate) fn groups(names: &[Name], empty: &[bool]) -> Vec<Group> {
     let mut groups = Vec::new();
     let gap = |i: usize| names[i].header.is_empty() && empty[i];
@@ -34,8 +33,7 @@ pub(crate) fn groups(names: &[Name], empty: &[bool]) -> Vec<Group> {
     merge_if_timeless(groups, names)
 }
 
-/// A table behind an empty column that has no times of its own belongs to the
-/// one before it.
+/// Merges tables separated by empty columns if one of them has no times of its own.
 fn merge_if_timeless(groups: Vec<Group>, names: &[Name]) -> Vec<Group> {
     let named = names.iter().any(|n| !n.header.is_empty());
     let tables = groups.last().map_or(0, |g| g.table);
@@ -81,6 +79,6 @@ fn runs(names: &[Name], columns: &[usize]) -> Vec<Vec<usize>> {
         let to = starts.get(k + 1).copied().unwrap_or(columns.len());
         runs.push(columns[from..to].to_vec());
     }
-    // Times next to each other are no runs: nothing stands between them.
+    // Adjacent time columns do not start separate runs: there are no data between them.
     if runs.iter().any(|r| r.len() < 2) { vec![columns.to_vec()] } else { runs }
 }

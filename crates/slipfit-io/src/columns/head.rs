@@ -1,4 +1,4 @@
-//! A table as its file describes it, before its numbers.
+//! Description of a table in its file, apart from its numbers.
 
 use slipfit::SignalKind;
 
@@ -9,37 +9,37 @@ use crate::{
     report::{ColumnInfo, Note, ReadReport},
 };
 
-/// Names and values that stand beside the numbers of a table.
+/// Names and values given along with the numbers of a table.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Head {
-    /// Sheet, variable, group or track; empty where the file has one table only.
+    /// Sheet, variable, group or track; empty if the file has only one table.
     pub(crate) name: String,
-    /// One for each column; empty names without a header.
+    /// One per column; empty without a header.
     pub(crate) names: Vec<Name>,
-    /// Samples per second, where the format itself states it.
+    /// Samples per second, if the format itself states it.
     pub(crate) rate_hz: Option<f64>,
-    /// Samples per second that the lines above the table state, for a table without times.
+    /// Samples per second stated in the lines above a table without times.
     pub(crate) stated_rate_hz: Option<f64>,
-    /// Time from row to row (s) as the file states it, which the first column rounds.
+    /// Time step between rows (s) as stated in the file; the first column rounds it.
     pub(crate) step_s: Option<f64>,
-    /// Values named beside the table.
+    /// Values named outside the table.
     pub(crate) named_values: Vec<(String, String)>,
-    /// Whether these are variables of the file rather than words above a table.
+    /// Whether these are variables of the file and not text above a table.
     pub(crate) has_variables: bool,
     /// Whether the samples went through a lossy compression.
     pub(crate) lossy: bool,
-    /// What was odd.
+    /// Notes on irregularities.
     pub(crate) notes: Vec<Note>,
 }
 
 impl Head {
-    /// A table of such headers.
+    /// A table with these headers.
     pub(crate) fn of(headers: impl IntoIterator<Item = impl AsRef<str>>) -> Self {
         let names = headers.into_iter().map(|header| Name::parse(header.as_ref())).collect();
         Self { names, ..Self::default() }
     }
 
-    /// A sound: a column for each channel.
+    /// A sound with one column per channel.
     pub(crate) fn of_channels(channels: usize, rate_hz: f64) -> Self {
         let mut head = Self::of((1..=channels).map(|c| format!("channel {c}")));
         head.rate_hz = Some(rate_hz);
@@ -56,12 +56,12 @@ impl Head {
         self.notes.push(format!("column `{header}` holds no numbers and was left out").into());
     }
 
-    /// The columns as the report names them.
+    /// The columns as named in the report.
     pub(crate) fn infos(&self) -> Vec<ColumnInfo> {
         (0..self.names.len()).map(|index| self.info(index)).collect()
     }
 
-    /// An account of the table of which nothing has been read yet.
+    /// A report on the table before any data are read.
     pub(crate) fn report(&self) -> ReadReport {
         ReadReport {
             path: String::new(),
@@ -100,7 +100,7 @@ impl Head {
         if header.is_empty() { format!("column {number}") } else { format!("column {number} `{header}`") }
     }
 
-    /// Columns as a sentence names them.
+    /// Columns as listed in a message.
     pub(crate) fn list(&self, indices: &[usize]) -> String {
         const MOST: usize = 12;
         let mut labels: Vec<String> = indices.iter().take(MOST).map(|&i| self.label(i)).collect();
@@ -114,7 +114,7 @@ impl Head {
         (0..self.names.len()).collect()
     }
 
-    /// A column by number or name; names are looked for in `near` first.
+    /// Finds a column by number or name; names are searched in `near` first.
     pub(crate) fn find(
         &self,
         option: &'static str,

@@ -1,5 +1,4 @@
-//! Columns of a table: what their headers and numbers say, which ones make a record, a curve or
-//! levels, and why.
+//! Columns of a table: their headers and numbers, and the choice of those that make a record, a curve or drive levels.
 
 mod chooser;
 pub(crate) mod clock;

@@ -2,7 +2,7 @@
 
 use super::units::hertz;
 
-/// A frequency with its number: `80.1 Hz` is what 1 stands for in a column of ratios.
+/// Value in Hz of a number with a unit, such as `80.1 Hz`, the reference of a column of ratios.
 pub(super) fn number_of_hertz(unit: &str) -> Option<f64> {
     let unit = unit.trim();
     let letters = unit.find(|c: char| c.is_alphabetic())?;
@@ -11,7 +11,7 @@ pub(super) fn number_of_hertz(unit: &str) -> Option<f64> {
     (hz.is_finite() && hz > 0.0).then_some(hz)
 }
 
-/// What turns numbers in a multiple of a unit into Hz: `1000 Hz`, `x1000 Hz`, `10^3 Hz`.
+/// Factor to Hz of numbers in a multiple of a unit: `1000 Hz`, `x1000 Hz`, `10^3 Hz`.
 pub(super) fn multiple_of_hertz(unit: &str) -> Option<f64> {
     let unit = unit.trim().trim_start_matches(['x', '\u{d7}', '*', ' ']);
     number_of_hertz(unit).or_else(|| {

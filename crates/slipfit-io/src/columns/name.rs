@@ -5,21 +5,21 @@ use super::{
     units::{self, Measures, Seconds},
 };
 
-/// A column as its header describes it.
+/// A column as described by its header.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Name {
-    /// The header as written, quotes and blanks around it removed.
+    /// The header as written, without surrounding quotes and blanks.
     pub(crate) header: String,
     /// The header without unit and run.
     pub(crate) bare: String,
     /// The unit as written; empty if none was recognised.
     pub(crate) unit: String,
-    /// Which run it belongs to, such as `run #2` or `latest`.
+    /// Run of the column, such as `run #2` or `latest`.
     pub(crate) run: Option<String>,
 }
 
 impl Name {
-    /// Takes a header apart.
+    /// Splits a header into its parts.
     pub(crate) fn parse(header: &str) -> Self {
         let header = header.trim().trim_matches('"').trim().replace("\"\"", "\"");
         let (rest, run) = split_run(&header);
@@ -27,7 +27,7 @@ impl Name {
         Self { header, bare, unit, run }
     }
 
-    /// A header and the unit stated apart from it.
+    /// A header with a separately stated unit.
     #[cfg(any(feature = "arrow", feature = "parquet"))]
     pub(crate) fn with_unit(header: &str, unit: Option<&str>) -> Self {
         unit.map_or_else(|| Self::parse(header), |unit| Self::parse(&format!("{header} ({unit})")))
@@ -38,12 +38,12 @@ impl Name {
         units::measures(&self.unit)
     }
 
-    /// Name for comparing columns of several runs: no digits, no case.
+    /// Name for comparing columns of several runs: letters only, in lower case.
     pub(crate) fn stem(&self) -> String {
         self.bare.to_lowercase().chars().filter(|c| c.is_alphabetic()).collect()
     }
 
-    /// Whether the column is named like a time between rows.
+    /// Whether the column is named like a time step between rows.
     pub(crate) fn is_step(&self) -> bool {
         let bare = self.bare.to_lowercase();
         ["dt", "δt"].contains(&bare.trim())
@@ -51,7 +51,7 @@ impl Name {
     }
 }
 
-/// Words in lower case; digits end a word, marks separate.
+/// Words in lower case, separated by digits and punctuation.
 pub(crate) fn words(text: &str) -> Vec<String> {
     text.to_lowercase()
         .split(|c: char| !c.is_alphabetic())
@@ -60,14 +60,14 @@ pub(crate) fn words(text: &str) -> Vec<String> {
         .collect()
 }
 
-/// Takes `Run #2`, `Data Set 1:` or `Latest:` off a header.
+/// Splits `Run #2`, `Data Set 1:` or `Latest:` off a header.
 fn split_run(header: &str) -> (String, Option<String>) {
-    // A network analyser writes a part of a trace before its name: `re:Trc1_S21`.
+    // Network analysers write the part of a trace before its name: `re:Trc1_S21`.
     let is_part = |before: &str| {
         let part = before.trim().to_lowercase();
         ["re", "im", "db", "mag", "lin", "ang", "arg", "phase", "real", "imag"].contains(&part.as_str())
     };
-    // `GMT+01:00` is an offset.
+    // `GMT+01:00` is a time-zone offset.
     let is_clock = |before: &str, after: &str| {
         before.ends_with(|c: char| c.is_ascii_digit()) && after.starts_with(|c: char| c.is_ascii_digit())
     };
@@ -102,10 +102,9 @@ fn find_word(text: &str, word: &str) -> Option<usize> {
     begins.then_some(at)
 }
 
-/// Takes the unit off a header: `Time (s)`, `power [dBm]`, `Weg / rad`,
-/// `Angle/rad`, `time_ms`, `U in V`, `Zeit s`.
+/// Splits the unit off a header: `Time (s)`, `power [dBm]`, `Weg / rad`, `Angle/rad`, `time_ms`, `U in V`, `Zeit s`.
 fn split_unit(text: &str) -> (String, String) {
-    // A logger of Onset writes which sensor it is behind the unit.
+    // Onset loggers write the sensor after the unit.
     let text = text.split(" (LGR S/N").next().unwrap_or(text);
     if is_time_alone(text) {
         return (text.to_owned(), text.to_owned());
@@ -129,7 +128,7 @@ fn split_unit(text: &str) -> (String, String) {
     if let Some(parts) = first(&known).or_else(|| first(&like_one)) {
         return parts;
     }
-    // Three words: `a m s^-2`.
+    // A unit of several words: `a m s^-2`.
     let last_words = text.match_indices(' ').map(|(at, _)| text.split_at(at)).find(|(bare, unit)| {
         let is_unit = unit.trim().contains(' ') && units::is_derivative(unit);
         is_unit && !bare.trim().is_empty() && !bare.ends_with([' ', '/', ','])
@@ -149,9 +148,9 @@ fn split_unit(text: &str) -> (String, String) {
             && (units::measures(unit).is_some()
                 || matches!(mark.trim(), "in" | "/") && units::hertz(unit).is_some()
                 || mark.contains('/') && matches!(unit.trim().to_lowercase().as_str(), "pi" | "\u{3c0}"))
-            // `Expansion In` is no length in inches.
+            // `Expansion In` is not a length in inches.
             && !(mark == " " && unit.eq_ignore_ascii_case("in"))
-            // Nor is `U_in` a voltage in inches.
+            // `U_in` is not a voltage in inches either.
             && !(mark == "_" && unit.eq_ignore_ascii_case("in") && is_electrical(bare))
             && (mark.contains('/') || mark == " in " || unit.len() > 1 || unit == "s" || is_letter_of(bare, mark, unit))
         {
@@ -164,13 +163,14 @@ fn split_unit(text: &str) -> (String, String) {
     }
 }
 
-/// Whether a header is a unit of short times and nothing else: `us`, `ms`, `micros`.
+/// Whether a header consists only of a unit of short times: `us`, `ms`, `micros`.
 fn is_time_alone(text: &str) -> bool {
     let is_word = text.chars().all(char::is_alphabetic) && text != "ps";
     is_word && matches!(units::measures(text), Some(Measures::Time(Seconds::Over(_))))
 }
 
-/// What a circuit simulator names by its node or part: V of `V(out)`, A of `I(R1)`. `v(t)` is a function of time.
+/// Unit of a quantity that a circuit simulator names by node or part: V of `V(out)`, A of `I(R1)`. `v(t)` is a function
+/// of time.
 fn of_circuit(text: &str) -> Option<&'static str> {
     let (letter, rest) = text.split_once('(')?;
     let node = rest.strip_suffix(')')?;
@@ -186,13 +186,13 @@ fn of_circuit(text: &str) -> Option<&'static str> {
     }
 }
 
-/// Whether one letter behind a mark is a unit: `U_V`, of accelerations `ax_g`, and `Position, m`.
+/// Whether one letter after a separator is a unit: `U_V`, `ax_g` of accelerations, and `Position, m`.
 fn is_letter_of(bare: &str, mark: &str, unit: &str) -> bool {
     let first = || words(bare).first().cloned().unwrap_or_default();
     mark == ", " && matches!(unit, "m" | "g" | "V")
         || mark == "_"
             && match unit {
-                // Curves name the level of a drive so, which divides the response as it stands.
+                // In curves this names a drive level, which divides the response unconverted.
                 "V" => !["drive", "excit", "antrieb"].iter().any(|part| bare.to_lowercase().contains(part)),
                 "g" => {
                     let lower = bare.to_lowercase();
@@ -203,7 +203,7 @@ fn is_letter_of(bare: &str, mark: &str, unit: &str) -> bool {
             }
 }
 
-/// Where the unit of a time begins that is joined to its name: `TimeUS`, `timestampNs`, `elapsedMillis`, `timems`.
+/// Position of a unit of time that is joined to its name: `TimeUS`, `timestampNs`, `elapsedMillis`, `timems`.
 fn joined_time(text: &str) -> Option<usize> {
     let is_short = |unit: &str| matches!(units::measures(unit), Some(Measures::Time(Seconds::Over(_))));
     let lower_before = |at: usize| text[..at].ends_with(char::is_lowercase);
@@ -222,7 +222,7 @@ fn joined_time(text: &str) -> Option<usize> {
     camel.or_else(of_time)
 }
 
-/// Whether a name is that of a voltage, a current or a channel.
+/// Whether a name denotes a voltage, a current or a channel.
 fn is_electrical(bare: &str) -> bool {
     ["u", "v", "i", "ch"].contains(&bare.trim().to_lowercase().as_str())
 }

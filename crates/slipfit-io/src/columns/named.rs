@@ -1,8 +1,8 @@
-//! What the values named beside a table say about it.
+//! Information from the values named outside a table.
 
 use super::units::{self, Measures};
 
-/// `name: value` and `name = value` lines, and a row of names over a row of values.
+/// Values from `name: value` and `name = value` lines, and from a row of names above a row of values.
 pub(crate) fn values(lines: impl Iterator<Item = String>) -> Vec<(String, String)> {
     let mut values: Vec<(String, String)> = Vec::new();
     let mut before: Vec<String> = Vec::new();
@@ -24,12 +24,12 @@ pub(crate) fn values(lines: impl Iterator<Item = String>) -> Vec<(String, String
     values
 }
 
-/// A value without separators around it: `,Volt` of `YUnits:,Volt`.
+/// A value without surrounding separators: `,Volt` of `YUnits:,Volt`.
 fn plain(value: &str) -> &str {
     value.trim_matches([',', ';', '\t', ' ', '"'])
 }
 
-/// Whether a line names the unit of what an oscilloscope draws: `Vertical Units`.
+/// Whether a line names the vertical unit of an oscilloscope: `Vertical Units`.
 fn is_vertical_unit(name: &str) -> bool {
     let letters: String = name.to_lowercase().chars().filter(|c| c.is_alphabetic()).collect();
     ["verticalunit", "verticalunits", "yunit", "yunits", "vunit", "vunits"].contains(&letters.as_str())
@@ -62,7 +62,7 @@ pub(super) fn named_rate_hz(values: &[(String, String)]) -> Option<f64> {
             "sampling frequency",
             "samplingfrequency",
         ];
-        // PicoScope and oscilloscopes of Keysight name the step so.
+        // PicoScope and Keysight oscilloscopes use such names for the step.
         let interval = [
             "sample interval",
             "sampling interval",

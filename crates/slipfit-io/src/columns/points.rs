@@ -1,4 +1,4 @@
-//! The points of a curve from its columns.
+//! Builds the points of a curve from its columns.
 
 use std::f64::consts::TAU;
 
@@ -19,7 +19,7 @@ use crate::{
     report::{Note, Skipped},
 };
 
-/// A curve and the rows it is made of.
+/// A curve and the rows it was built from.
 pub(crate) struct Points {
     pub(crate) curve: Curve,
     pub(crate) rows_read: u64,
@@ -27,18 +27,18 @@ pub(crate) struct Points {
     pub(crate) notes: Vec<Note>,
 }
 
-/// Rows with everything a point needs.
+/// Rows with all values needed for a point.
 struct Rows<'a> {
     head: &'a Head,
     values: &'a [Vec<f64>],
-    /// Line of the file of the first row, where rows are lines.
+    /// Line number of the first row in the file, if rows are lines.
     first_row: u64,
     kept: Vec<usize>,
     skipped: Vec<Skipped>,
 }
 
 impl Rows<'_> {
-    /// A few frequencies or periods below zero are slips; as many as a tenth are meant.
+    /// Leaves out negative frequencies or periods if they are few; a tenth or more is taken as intended.
     fn leave_out_below_zero(&mut self, frequency: &Frequency) {
         let (picked, reason) = match frequency {
             Frequency::Plain(p, _) => (p, "frequency below zero"),
@@ -56,7 +56,7 @@ impl Rows<'_> {
         }
     }
 
-    /// Points with a number that stands for no value in one of the columns.
+    /// Leaves out points with a sentinel for a missing value in one of the columns.
     fn leave_out_sentinels(&mut self, columns: &[usize]) {
         for &column in columns {
             let mut kept: Vec<f64> = self.kept.iter().map(|&row| self.values[column][row]).collect();
@@ -77,13 +77,13 @@ impl Rows<'_> {
         self.pairs_times(re, im, [1.0; 2])
     }
 
-    /// The pairs, each column times its factor.
+    /// Complex numbers from two columns, each multiplied by its factor.
     fn pairs_times(&self, re: &Picked, im: &Picked, [a, b]: [f64; 2]) -> Vec<Phasor> {
         let columns = self.values(re).into_iter().zip(self.values(im));
         columns.map(|(re, im)| Phasor::new(re * a, im * b)).collect()
     }
 
-    /// The refusal of a number below zero in a row that was kept.
+    /// Problem for a negative number in a row that was kept.
     fn negative(&self, what: &'static str, picked: &Picked, kept: usize) -> ReadProblem {
         let row = self.kept[kept];
         ReadProblem::Negative {
@@ -101,7 +101,7 @@ impl Rows<'_> {
         let hz: Vec<f64> = match frequency {
             Frequency::Plain(_, factor) => written.iter().map(|v| v * factor).collect(),
             Frequency::Logarithm(_, base, factor) => written.iter().map(|v| base.powf(*v) * factor).collect(),
-            // A period of zero is no number of Hz, and is counted as such with the points.
+            // A period of zero gives no finite frequency; it is counted later, with the points.
             Frequency::Period(_, seconds) => written.iter().map(|v| 1.0 / (v * seconds)).collect(),
             Frequency::Shift(_, factor, Centre::Hz(hz)) => written.iter().map(|v| hz + v * factor).collect(),
             Frequency::Shift(_, factor, Centre::Column(c, to_hz)) => {
@@ -236,7 +236,7 @@ impl Rows<'_> {
         let in_si = |known: fn(&str) -> Option<f64>, first: &Picked, second: Option<&Picked>| {
             known(&column.unit).unwrap_or(to_si(known, first, second)[0])
         };
-        // Of 1/Z the error is that of Z times |Y|^2.
+        // The error of 1/Z is that of Z times |Y|^2.
         let inverse = |factor: f64| move |error: f64, y: f64| error * factor * y * y;
         match &choice.response {
             Response::Amplitude(amplitude, scale, _) => {
@@ -266,7 +266,7 @@ impl Rows<'_> {
     }
 }
 
-/// Makes the curve of the columns chosen; the first row of the table is line `first_row`.
+/// Builds the curve from the chosen columns; the first row of the table is line `first_row`.
 pub(crate) fn build(
     head: &Head,
     values: &[Vec<f64>],
@@ -322,18 +322,18 @@ pub(crate) fn build(
     Ok(Points { curve, rows_read: rows.kept.len() as u64, skipped: rows.skipped, notes })
 }
 
-/// Factors of two columns to S or Ω; one without a known unit is taken to have the other's.
+/// Factors of two columns to S or Ω; a column without a known unit is assumed to have the unit of the other.
 fn to_si(known: fn(&str) -> Option<f64>, first: &Picked, second: Option<&Picked>) -> [f64; 2] {
     let (a, b) = (known(&first.unit), second.and_then(|second| known(&second.unit)));
     [a.or(b), b.or(a)].map(|factor| factor.unwrap_or(1.0))
 }
 
-/// Standard error of the admittances `1/Z` where that of the impedances is one and the same:
-/// `|Y|^2` times it, from the scatter of neighbours; none where nothing scatters.
+/// Standard error of the admittances `1/Z` for a uniform standard error of the impedances: `|Y|^2` times that error,
+/// which is estimated from the scatter of neighbours; `None` if there is no scatter.
 ///
-/// Of white noise the second difference has 3/2 of its variance, whatever the slope.
+/// For white noise the second difference has 3/2 of its variance, for any slope.
 fn inverted_error(impedances: &[Phasor], admittances: &[Phasor]) -> Option<Vec<f64>> {
-    /// Standard deviation over the median of the absolute value, of normal noise.
+    /// Ratio of the standard deviation to the median absolute value for normal noise.
     const OF_MEDIAN: f64 = 1.482_602_218_505_602;
     let mut bends: Vec<f64> = impedances
         .windows(3)

@@ -1,9 +1,9 @@
-//! Which two columns are the two outputs of a lock-in or the two parts of a complex response.
+//! Choice of the two columns that hold the outputs of a lock-in or the parts of a complex response.
 
 use super::{chooser::Chooser, name, role::Role};
 
-/// Words in which alone the names of two columns differ: that of the real part, that of the imaginary part, and whether
-/// they say nothing else, so that the numbers have to swing to both sides of zero.
+/// Words by which alone the names of two columns differ: the word for the real part, the word for the imaginary part,
+/// and whether these words are ambiguous, so that the numbers have to confirm the pair.
 const WORDS: &[(&str, &str, bool)] = &[
     ("re", "im", false),
     ("real", "imag", false),
@@ -19,7 +19,7 @@ const WORDS: &[(&str, &str, bool)] = &[
     ("i", "q", true),
     ("cos", "sin", true),
     ("cosine", "sine", true),
-    // What is lost is in quadrature with the force.
+    // The dissipative part is in quadrature with the force.
     ("dispersive", "absorptive", true),
     ("dispersion", "absorption", true),
     ("elastic", "absorptive", true),
@@ -32,9 +32,9 @@ const WORDS: &[(&str, &str, bool)] = &[
 pub(crate) struct Pair {
     pub(crate) real: usize,
     pub(crate) imaginary: usize,
-    /// Whether the names are `X` and `Y` alone.
+    /// Whether the names are just `X` and `Y`.
     bare: bool,
-    /// Whether names as these stand for something else where the numbers do not speak for them.
+    /// Whether such names mean something else unless the numbers confirm the pair.
     vague: bool,
 }
 
@@ -51,7 +51,7 @@ impl Pair {
     }
 }
 
-/// A header in lower case, word by word, numbers apart; what is written in several words is one.
+/// Splits a header in lower case into words and numbers; a phrase of several words becomes a single word.
 fn parts(header: &str) -> Vec<String> {
     let mut lower = header.to_lowercase();
     for between in ["-", " ", "_"] {
@@ -73,7 +73,7 @@ fn parts(header: &str) -> Vec<String> {
     parts
 }
 
-/// With `word` replaced where no letter stands before it: `gain phase` is not `in phase`.
+/// The text with `word` replaced unless a letter precedes it: `gain phase` is not `in phase`.
 fn replaced_word(text: &str, word: &str, by: &str) -> String {
     match text.find(word) {
         Some(at) if !text[..at].ends_with(char::is_alphabetic) => text.replacen(word, by, 1),
@@ -81,7 +81,7 @@ fn replaced_word(text: &str, word: &str, by: &str) -> String {
     }
 }
 
-/// The place of the one word in which two names differ.
+/// Index of the only word in which two names differ.
 fn difference(a: &[String], b: &[String]) -> Option<usize> {
     if a.len() != b.len() {
         return None;
@@ -92,7 +92,7 @@ fn difference(a: &[String], b: &[String]) -> Option<usize> {
 }
 
 impl Chooser<'_> {
-    /// The first two columns whose names differ in nothing but in which part of one response they hold.
+    /// The first two columns whose names differ only in which part of one response they hold.
     pub(crate) fn quadrature_pair(&self, taken: &[usize]) -> Option<Pair> {
         let pairs = self.quadrature_pairs(taken);
         let paired = |i: usize| pairs.iter().any(|pair| pair.other(i).is_some());
@@ -124,7 +124,7 @@ impl Chooser<'_> {
                     _ => None,
                 });
                 let Some((real, imaginary, vague)) = listed else { continue };
-                // Three axes are no lock-in.
+                // Three axes are not a lock-in.
                 let third = parts.iter().any(|other| {
                     difference(&parts[first], other) == Some(place)
                         && a.ends_with(['x', 'y'])
@@ -136,7 +136,7 @@ impl Chooser<'_> {
                 if third || used(real) || used(imaginary) {
                     continue;
                 }
-                // A background may keep both parts above zero.
+                // A background can keep both parts above zero.
                 let by_resonance = || {
                     let frequency = self.of_role(Role::Frequency, &[]);
                     frequency.is_some_and(|over| self.are_no_amplitudes(over, real, imaginary))

@@ -1,4 +1,4 @@
-//! Which columns make a record.
+//! Choice of the columns of a record.
 
 use slipfit::SignalKind;
 
@@ -21,27 +21,28 @@ pub(crate) struct Choice {
     pub(crate) time: Time,
     pub(crate) signal: Picked,
     pub(crate) quadrature: Option<Picked>,
-    /// Parts of a second to be added to times in whole seconds.
+    /// Fractions of a second to be added to times in whole seconds.
     pub(crate) fraction: Option<Fraction>,
-    /// Whether signal and quadrature are in decibels to be made linear.
+    /// Whether signal and quadrature are in decibels and have to be made linear.
     pub(crate) levels: [bool; 2],
     pub(crate) kind: SignalKind,
-    /// Whether gravity is in the signal and turns with the motion.
+    /// Whether the signal contains gravity, whose direction turns with the motion.
     pub(crate) turning_gravity: bool,
     pub(crate) parts: usize,
     pub(crate) part: usize,
     pub(crate) runs: usize,
     pub(crate) run: usize,
-    /// The run asked for where its columns hold one run beside each other: those one after the other are counted.
+    /// The run requested when the columns do not hold several runs side by side; it counts runs that follow each other.
     pub(crate) rows_run: Option<usize>,
     pub(crate) notes: Vec<Note>,
-    /// Whether the numbers decided, so that more of them could decide better.
+    /// Whether the choice depended on the numbers, so that reading more rows could improve it.
     pub(crate) by_content: bool,
-    /// Whether the signal is the only column beside the times and named like no motion: another table may hold one.
+    /// Whether the signal is the only column apart from the times and has no name of a motion: another table may hold
+    /// one.
     pub(crate) last_resort: bool,
 }
 
-/// Chooses columns from what the first rows hold, of a file of that name.
+/// Chooses columns from the first rows of a file with this name.
 pub(crate) fn choose(
     head: &Head,
     values: &[Vec<f64>],
@@ -144,7 +145,7 @@ impl Chooser<'_> {
         })
     }
 
-    /// The group of columns to read, how many tables there are and how many runs in its table.
+    /// The group of columns to read, the number of tables, and the number of runs in its table.
     fn group(&mut self) -> Result<(Group, usize, usize), ReadProblem> {
         let empty: Vec<bool> = self.contents.iter().map(|c| c.filled == 0.0).collect();
         let groups = groups::groups(&self.head.names, &empty);

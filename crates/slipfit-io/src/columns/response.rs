@@ -1,4 +1,4 @@
-//! Which columns hold the response of a curve.
+//! Choice of the response columns of a curve.
 
 use std::f64::consts::PI;
 
@@ -16,20 +16,20 @@ use crate::{
     report::Note,
 };
 
-/// A peak over the amplitudes at the ends of a curve.
+/// Minimum ratio of a peak to the amplitudes at the ends of a curve.
 pub(crate) const PEAK: f64 = 1.5;
 
-/// What the response is made of.
+/// Columns that make up the response.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Response {
-    /// With the phase and its factor to radians, if there is one.
+    /// Amplitude, and phase with its factor to radians, if there is one.
     Amplitude(Picked, Scale, Option<(Picked, f64)>),
     Complex(Picked, Picked),
     /// Conductance, and susceptance if there is one.
     Admittance(Picked, Option<Picked>),
     /// Series resistance and reactance.
     Impedance(Picked, Option<Picked>),
-    /// Modulus of an admittance or, where so it is, of an impedance; with the angle and its factor to radians, if
+    /// Modulus of an admittance or, if `is_impedance`, of an impedance; with the angle and its factor to radians, if
     /// there is one.
     Modulus {
         of: Picked,
@@ -39,7 +39,7 @@ pub(crate) enum Response {
 }
 
 impl Response {
-    /// The columns read, with what they are.
+    /// The columns read, with their roles.
     pub(super) fn columns(&self) -> Vec<(&'static str, &Picked)> {
         let (first, second) = match self {
             Self::Amplitude(a, _, phase) => (("amplitude", a), phase.as_ref().map(|p| ("phase", &p.0))),
@@ -55,7 +55,7 @@ impl Response {
     }
 }
 
-/// The channel that a header names: 2 of `Channel 2 Phase (deg)` and `CH2 (dB)`.
+/// Channel number in a header: 2 of `Channel 2 Phase (deg)` and `CH2 (dB)`.
 fn channel(header: &str) -> Option<u32> {
     let lower = header.to_lowercase();
     ["channel", "kanal", "canal", "chan", "ch"].into_iter().find_map(|word| {
@@ -151,7 +151,7 @@ impl Chooser<'_> {
         };
         let channel = |i: &usize| self.is_channel(*i) && self.peak_over_ends(*i) >= PEAK;
         let channel = self.near.iter().filter(free).copied().find(channel);
-        // A column that stays as it is, such as a reference, is none where another moves.
+        // A constant column, such as a reference, is not chosen if another one varies.
         let moving = || self.near.iter().filter(free).copied().find(|i| self.varies(*i));
         match channel.or_else(moving).or_else(|| self.near.iter().find(free).copied()) {
             Some(first) if channel.is_some() => {
@@ -165,7 +165,7 @@ impl Chooser<'_> {
         }
     }
 
-    /// The first phase that is not one of another channel.
+    /// The first phase that does not belong to another channel.
     fn phase_of(&self, amplitude: usize, without: &[usize]) -> Option<usize> {
         let others: Vec<usize> =
             self.near.iter().copied().filter(|&i| self.is_of_another(amplitude, i)).collect();
@@ -177,7 +177,7 @@ impl Chooser<'_> {
         same.or_else(|| self.of_role(Role::Phase, &without))
     }
 
-    /// Where the only phases are those of another channel, the amplitude of that.
+    /// If the only phases belong to another channel, the amplitude of that channel.
     fn amplitude_of_phase(&self, amplitude: usize, taken: &[usize]) -> Option<usize> {
         if self.options.phase.is_some() || self.phase_of(amplitude, taken).is_some() {
             return None;
@@ -190,13 +190,13 @@ impl Chooser<'_> {
         self.of_role(Role::Amplitude, &[taken, &others].concat()).filter(same)
     }
 
-    /// Whether two columns name a channel each, and not the same.
+    /// Whether two columns name different channels.
     fn is_of_another(&self, one: usize, other: usize) -> bool {
         let of = |i: usize| channel(&self.head.names[i].header);
         of(one).zip(of(other)).is_some_and(|(one, other)| one != other)
     }
 
-    /// Two columns without names that a resonance fits as real and imaginary part.
+    /// Two columns without names to which a resonance fits as real and imaginary part.
     fn unnamed_parts(&mut self, taken: &[usize]) -> Option<Response> {
         let unnamed = |i: &usize| self.head.names[*i].header.is_empty();
         let free = |i: &usize| unnamed(i) && !taken.contains(i) && self.filled(*i);
@@ -233,7 +233,7 @@ impl Chooser<'_> {
         Response::Impedance(self.picked_in(units::ohms, r, why), x)
     }
 
-    /// The modulus of an admittance or an impedance with its angle: in their exports theta is one, in whatever unit.
+    /// The modulus of an admittance or an impedance with its angle; in such exports theta is the angle, in any unit.
     fn modulus(&mut self, of: usize, why: &str, taken: &[usize]) -> Result<Response, ReadProblem> {
         let is_impedance = self.roles[of] == Role::Impedance;
         let without: Vec<usize> = taken.iter().copied().chain([of]).collect();
@@ -251,7 +251,7 @@ impl Chooser<'_> {
         Ok(Response::Modulus { of: self.picked_in(known, of, why), is_impedance, angle })
     }
 
-    /// A column in the unit asked for, if that is one it may have.
+    /// A column, in the requested unit if that is a known one.
     fn picked_in(&self, known: fn(&str) -> Option<f64>, index: usize, why: &str) -> Picked {
         let mut picked = self.picked(index, why);
         if let Some(unit) = self.options.unit.as_deref().filter(|unit| known(unit).is_some()) {
@@ -289,10 +289,10 @@ impl Chooser<'_> {
         Ok(Response::Amplitude(amplitude, scale, phase))
     }
 
-    /// How a column without name and unit is written.
+    /// Scale of a column without name and unit.
     fn scale_without_name(&mut self, index: usize, taken: &[usize]) -> Scale {
         let label = self.label(index);
-        // No amplitude is negative; decibels are, below their reference.
+        // Amplitudes are not negative; levels in decibels are, below their reference.
         if self.finite(index).any(|v| v < 0.0) {
             let text = format!("{label} has no name and negative numbers: it was taken as levels in dB");
             let note = Note::new(text).hint("unit", "says otherwise");
@@ -318,7 +318,7 @@ impl Chooser<'_> {
 
     fn phase(&mut self, of: usize, without: &[usize]) -> Result<Option<(Picked, f64)>, ReadProblem> {
         let given = self.asked("phase", &self.options.phase)?;
-        // Where headers stand, a phase has one.
+        // If the table has headers, a phase has one too.
         let headed = self.head.names.iter().any(|n| !n.header.is_empty());
         let unnamed = || {
             let free = |i: &&usize| !without.contains(i) && self.filled(**i);
@@ -367,7 +367,7 @@ impl Chooser<'_> {
         Ok(Some((picked, factor)))
     }
 
-    /// An angle beside an amplitude that is called one is its phase: `Ang`, `\u{398}`, `deg`, or `S21 (deg)` beside
+    /// An angle next to an amplitude, which is its phase if named so: `Ang`, `\u{398}`, `deg`, or `S21 (deg)` next to
     /// `S21 (dB)`.
     fn angle_beside(&self, of: usize, without: &[usize]) -> Option<usize> {
         let name = |i: usize| &self.head.names[i];
@@ -392,7 +392,7 @@ impl Chooser<'_> {
         self.near.iter().copied().find(fits)
     }
 
-    /// Where the first column without a name turns as a phase does: the first other one with a peak.
+    /// If the first column without a name varies like a phase: the first other one with a peak.
     fn peaked_beside(&self, first: usize, taken: &[usize]) -> Option<usize> {
         let unnamed =
             |i: usize| self.head.names[i].header.is_empty() && !taken.contains(&i) && self.filled(i);
@@ -403,7 +403,7 @@ impl Chooser<'_> {
         self.near.iter().copied().filter(|&i| i != first && unnamed(i)).find(peaked)
     }
 
-    /// Numbers that go one way, by half a turn or a good part of it, as the phase through a resonance.
+    /// Whether the numbers change in one direction by about half a turn, like the phase through a resonance.
     fn turns_half(&self, index: usize) -> bool {
         let values: Vec<f64> = self.finite(index).collect();
         if values.len() < 10 {
@@ -423,7 +423,7 @@ impl Chooser<'_> {
         one_way && turn && net.abs() > 0.8 * span
     }
 
-    /// Numbers that stay within two turns and move by a good part of half a one.
+    /// Whether the numbers stay within two turns and vary by a good part of half a turn.
     fn looks_like_phase(&self, index: usize) -> bool {
         let (low, high) =
             self.finite(index).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));

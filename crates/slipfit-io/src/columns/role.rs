@@ -1,4 +1,4 @@
-//! What a column may hold, by its header and unit alone.
+//! Possible roles of a column, from its header and unit alone.
 
 use slipfit::SignalKind::{self, Acceleration, Displacement, Envelope, Velocity};
 
@@ -7,18 +7,18 @@ use super::{
     units::{self, Measures, listed},
 };
 
-/// What a column may be taken for.
+/// Role that a column may have.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Role {
     Time,
-    /// The signal of a record; the greater rank is preferred.
+    /// The signal of a record; a higher rank is preferred.
     Signal {
         rank: u8,
         kind: SignalKind,
         like: &'static str,
     },
     Frequency,
-    /// A frequency counted from a centre.
+    /// A frequency relative to a centre.
     Shift,
     Centre,
     Period,
@@ -39,15 +39,15 @@ pub(crate) enum Role {
     /// The modulus of an impedance.
     Impedance,
     Drive,
-    /// The motion of what carries the oscillator.
+    /// The motion of the base that carries the oscillator.
     Base,
     StdError,
-    /// Beside the motion: a counter, a file name, a temperature, a spectrum.
+    /// Not part of the motion: a counter, a file name, a temperature, a spectrum.
     Never,
     Unknown,
 }
 
-/// A header as the rules look at it. Lists have their words between blanks.
+/// A header in the form used by the rules. Words in lists are separated by blanks.
 struct Header<'a> {
     name: &'a Name,
     bare: &'a str,
@@ -65,7 +65,7 @@ impl<'a> Header<'a> {
         self.words.iter().any(|word| listed(list, word))
     }
 
-    /// Whether the first is: short words mean something only in front, the A of `Weg b_A` is an index.
+    /// Whether the first word is listed: short words are significant only in front, the A of `Weg b_A` is an index.
     fn begins(&self, list: &str) -> bool {
         self.words.first().is_some_and(|word| listed(list, word))
     }
@@ -83,7 +83,7 @@ impl<'a> Header<'a> {
         self.measures == Some(Measures::Signal(kind))
     }
 
-    /// Whether the unit leaves open that a letter stands for a kind: `V (V)` is no velocity, `gz (deg/s)` no acceleration.
+    /// Whether the unit allows a letter to denote a kind: `V (V)` is no velocity, `gz (deg/s)` no acceleration.
     fn leaves_open(&self, kind: SignalKind) -> bool {
         match self.measures {
             None => true,
@@ -92,7 +92,7 @@ impl<'a> Header<'a> {
         }
     }
 
-    /// Whether one of its words is the name of a sensor with an axis or without: `AccX`, `gFz`, `GyrY`.
+    /// Whether one of its words is the name of a sensor with or without an axis: `AccX`, `gFz`, `GyrY`.
     fn of_axis(&self, sensors: &str) -> bool {
         self.words.iter().any(|word| listed(sensors, word.strip_suffix(['x', 'y', 'z']).unwrap_or(word)))
     }
@@ -103,7 +103,7 @@ impl<'a> Header<'a> {
         number.is_some_and(|n| !n.is_empty() && n.len() < 3 && n.bytes().all(|b| b.is_ascii_digit()))
     }
 
-    /// Whether the header is the letter of a channel, as PicoScope names them: an acceleration is a small `a`.
+    /// Whether the header is the letter of a channel, as used by PicoScope: an acceleration is a lower-case `a`.
     fn is_channel(&self) -> bool {
         self.bare == "A" && !self.is_signal(Acceleration)
     }
@@ -112,14 +112,14 @@ impl<'a> Header<'a> {
         matches!(self.measures, Some(Measures::Level(_)))
     }
 
-    /// Whether the unit is one of frequencies and of nothing else.
+    /// Whether the unit is one of frequency only.
     fn in_hertz(&self) -> bool {
         let unit = self.name.unit.as_str();
         let of_other = listed("deg/s \u{b0}/s mrad/s", &unit.trim().to_lowercase());
         units::hertz(unit).is_some() && !of_other && !units::is_per_second(unit)
     }
 
-    /// Whether the header is the logarithm of a frequency, whose unit may stand for it: `log10(f/Hz)`.
+    /// Whether the header is the logarithm of a frequency: `log10(f/Hz)`.
     fn is_logarithm(&self) -> bool {
         let words = words(&self.name.header);
         let of = |word: &String| listed("f freq frequency frequenz omega ω nu ν", word);
@@ -131,8 +131,8 @@ impl<'a> Header<'a> {
         self.within("freq frequen fréquen frecuen kreisfrequ puls част 频率 頻率 周波数")
     }
 
-    /// Whether the header is the frequency at which something is driven, not the drive: `Erregerfrequenz`, `f_drive`;
-    /// a capital F is a force.
+    /// Whether the header is the frequency of a drive, not the drive itself: `Erregerfrequenz`, `f_drive`; a capital F
+    /// is a force.
     fn is_drive_frequency(&self) -> bool {
         let unit = self.name.unit.trim();
         let letter = self.begins("f \u{3bd} nu \u{3c9} omega") && !self.bare.starts_with('F');
@@ -140,7 +140,7 @@ impl<'a> Header<'a> {
         (self.names_frequency() || letter && of_drive()) && (unit.is_empty() || units::hertz(unit).is_some())
     }
 
-    /// Whether the header is one of the two outputs of a lock-in, not a phase: `in-phase`, `Out of phase (V)`.
+    /// Whether the header is one of the two outputs of a lock-in and not a phase: `in-phase`, `Out of phase (V)`.
     fn is_quadrature_of_phase(&self) -> bool {
         is_in_phase(&self.words) || is_out_of_phase(&self.words)
     }
@@ -149,16 +149,16 @@ impl<'a> Header<'a> {
         listed(list, &self.name.unit.trim().to_lowercase())
     }
 
-    /// Whether the header is a letter for a quantity of a quartz, in its unit or none.
+    /// Whether the header is a letter for a quantity of a quartz, in its unit or without one.
     fn letter(&self, letter: &str, units: &str) -> bool {
         self.bare.eq_ignore_ascii_case(letter) && (self.name.unit.trim().is_empty() || self.unit_in(units))
     }
 
-    /// Whether the header is the modulus of an admittance or an impedance, in its unit or none: by a part of a
-    /// word, by how it is written, or by a letter in that unit.
+    /// Whether the header is the modulus of an admittance or an impedance, in its unit or without one: by a part of a
+    /// word, by its spelling, or by a letter in that unit.
     fn electrical(&self, part: &str, written: &str, letter: &str, units: &str) -> bool {
         let in_unit = self.unit_in(units);
-        // A unit of several words stays in the name: `Impedance (N s/m)` is mechanical.
+        // A unit of several words remains in the name: `Impedance (N s/m)` is mechanical.
         let named = self.within(part) && !self.bare.contains(['(', '[']) || self.is_any(written);
         named && (in_unit || self.name.unit.trim().is_empty()) || in_unit && self.is_any(letter)
     }
@@ -268,7 +268,7 @@ const CURVE: &[Rule] = &[
             || h.within("uncert unsicher incert stderr")
     }),
     (Role::Never, |h| h.within("resid fft outlier temperat pressure bandwidth coheren kohären")),
-    // `Oscillation Control>Center Frequency (Hz)` and `Frequency Shift (Hz)` before `Frequency`.
+    // `Oscillation Control>Center Frequency (Hz)` and `Frequency Shift (Hz)` are matched before `Frequency`.
     (Role::Centre, |h| {
         h.within("center centre mitten carrier central") && (h.in_hertz() || h.names_frequency())
     }),
@@ -310,7 +310,7 @@ const CURVE: &[Rule] = &[
     }),
     (Role::Admittance, |h| h.electrical("admittan", "|y| ymag y_mag mag(y) abs(y)", "y", SIEMENS)),
     (Role::Impedance, |h| h.electrical("impedan", "|z| zmag z_mag mag(z) abs(z)", "z", OHM)),
-    // An oscillator's angle is a response; the phase of one is called so or stands in degrees.
+    // An angle of an oscillator is a response; a phase is named so or has a unit of angle.
     (Role::Unknown, |h| {
         h.begins("theta θ ϑ angle ang")
             && !listed("deg \u{b0} rad degree degrees grad", &h.name.unit.to_lowercase())
@@ -342,12 +342,12 @@ const SIEMENS: &str = "s ms us \u{b5}s \u{3bc}s ns siemens mho mmho umho \u{b5}m
 const OHM: &str = "ohm ohms \u{3c9} kohm k\u{3c9} mohm m\u{3c9} \u{2126}";
 
 impl Role {
-    /// In a record over time.
+    /// Role in a record over time.
     pub(crate) fn in_record(name: &Name) -> Self {
         Self::by(RECORD, name)
     }
 
-    /// In a curve over frequency or over drive levels.
+    /// Role in a curve over frequency or over drive levels.
     pub(crate) fn in_curve(name: &Name) -> Self {
         Self::by(CURVE, name)
     }
@@ -365,7 +365,7 @@ impl Role {
     }
 }
 
-/// The roles of the columns of a record, which depend on each other: `gx` is an angular velocity beside `ax`.
+/// Roles of the columns of a record, which depend on each other: `gx` is an angular velocity if there is an `ax`.
 pub(super) fn in_records(names: &[Name]) -> Vec<Role> {
     let first = |name: &Name| words(&name.bare).into_iter().next().unwrap_or_default();
     let accelerometer = names.iter().any(|name| {
@@ -387,9 +387,9 @@ pub(super) fn in_records(names: &[Name]) -> Vec<Role> {
     names.iter().map(of).collect()
 }
 
-/// What the sensor measures that a sheet or a file is named after: `Linear Acceleration`, `Gyroscope.csv`.
+/// Kind measured by the sensor after which a sheet or a file is named: `Linear Acceleration`, `Gyroscope.csv`.
 pub(super) fn kind_of_place(place: &str) -> Option<SignalKind> {
-    // `TotalAcceleration` is one word, `acc` in `account` none.
+    // `TotalAcceleration` is one word; `acc` in `account` does not count.
     let words = words(place);
     let within =
         |parts: &str| words.iter().any(|word| parts.split_ascii_whitespace().any(|part| word.contains(part)));
@@ -408,7 +408,7 @@ pub(super) fn names_date(name: &Name) -> bool {
     words(&name.header).iter().any(|word| listed("date datetime datum fecha data", word))
 }
 
-/// Whether a header names a force or a pressure, or measures one.
+/// Whether a header names a force or a pressure, or has a unit of one.
 pub(super) fn names_force(name: &Name) -> bool {
     let unit = name.unit.trim().to_lowercase();
     let named =

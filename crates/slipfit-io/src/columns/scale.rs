@@ -1,4 +1,4 @@
-//! How the numbers of a column become amplitudes.
+//! Conversion of the numbers of a column to amplitudes.
 
 use std::f64::consts::SQRT_2;
 
@@ -11,7 +11,7 @@ use super::{
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Scale {
     Linear,
-    /// Another measure of an oscillation, such as peak to peak: this factor makes it an amplitude.
+    /// Another measure of an oscillation, such as peak to peak; the factor converts it to an amplitude.
     Times(f64),
     /// `10^(x/20)`.
     Decibel,
@@ -29,9 +29,9 @@ impl Scale {
         }
     }
 
-    /// The standard error of an amplitude in `unit` whose written value has this one, in `error_unit`.
+    /// Standard error of an amplitude in `unit`, given the standard error of its written value, in `error_unit`.
     ///
-    /// Of decibels and squares the error may be written in the unit of the amplitude as well.
+    /// For decibels and squares the error may also be written in the unit of the amplitude.
     pub(crate) fn error(self, error: f64, error_unit: &str, amplitude: f64, unit: &str) -> f64 {
         let same_kind = |is_other: bool| error_unit.trim().is_empty() || is_other;
         match self {
@@ -46,7 +46,7 @@ impl Scale {
         }
     }
 
-    /// The factor to amplitudes where there is one.
+    /// Factor to amplitudes, if there is one.
     pub(crate) fn factor(self) -> Option<f64> {
         match self {
             Self::Linear => Some(1.0),
@@ -56,23 +56,23 @@ impl Scale {
     }
 }
 
-/// The standard error of `root = sqrt(times value)` whose value has this one: near zero that of a value as large as its
+/// Standard error of `root = sqrt(times value)`, given that of the value; near zero, that of a value as large as its
 /// error.
 pub(super) fn of_root(error: f64, root: f64, times: f64) -> f64 {
     0.5 * times * error / root.max((times * error).sqrt())
 }
 
-/// What a unit, or a name where no unit is given, says of the numbers below it.
+/// How numbers are written, according to their unit, or to their name if no unit is given.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Written {
     pub(super) scale: Scale,
     /// The unit of the amplitudes.
     pub(super) unit: String,
-    /// What was done to get them, where something was.
+    /// Description of the conversion, if any.
     pub(super) done: Option<String>,
 }
 
-/// How amplitudes are written: by their unit and, where no other was asked for, by the name of their column.
+/// How amplitudes are written: by their unit and, if no other unit was requested, by the name of their column.
 pub(super) fn written(unit: &str, name: Option<&str>) -> Written {
     let linear = || Written { scale: Scale::Linear, unit: unit.to_owned(), done: None };
     if let Some(linear) = units::linear_unit(unit) {
@@ -127,24 +127,24 @@ pub(super) fn written(unit: &str, name: Option<&str>) -> Written {
 /// Names of powers.
 const POWERS: &str = "power leistung puissance potenza potencia";
 
-/// Names of what may be a power or an amplitude.
+/// Names of quantities that may be powers or amplitudes.
 const EITHER: &str = "power leistung puissance potenza potencia intensity intensit\u{e4}t intensit\u{e9} intensit\u{e0} \
     intensidad";
 
-/// Whether a name may be that of a power and nothing says so: not its unit, nor that it is a square.
+/// Whether a name may denote a power that neither its unit nor a square in its name identifies.
 pub(super) fn may_be_power(unit: &str, name: &str) -> bool {
     let said = units::linear_unit(unit).is_some() || written(unit, Some(name)).scale != Scale::Linear;
     !said && words(name).iter().any(|word| listed(EITHER, word))
 }
 
-/// Whether a name in lower case says that it is a square: `|a|^2`, `x\u{b2}`, `amplitude squared`.
+/// Whether a name in lower case denotes a square: `|a|^2`, `x\u{b2}`, `amplitude squared`.
 fn is_square(lower: &str) -> bool {
     let lower = lower.trim();
     let ends = ["^2", "\u{b2}", "**2", "squared", "quadrat"];
     ends.iter().any(|end| lower.strip_suffix(end).is_some_and(|base| !base.is_empty()))
 }
 
-/// Whether a unit says nothing.
+/// Whether a unit is arbitrary.
 fn is_arbitrary(unit: &str) -> bool {
     listed("a.u. a.u au arb arb. arb.u. arb.units %", &unit.trim().to_lowercase())
 }
@@ -159,7 +159,7 @@ fn levels(written: &str, linear: &str) -> Written {
     Written { scale: Scale::Decibel, unit: linear.to_owned(), done }
 }
 
-/// Numbers that are amplitudes but for a factor.
+/// Numbers that differ from amplitudes by a factor.
 fn times(factor: f64, unit: &str) -> Written {
     let (scale, what) = if factor == 1.0 {
         return Written { scale: Scale::Linear, unit: unit.to_owned(), done: None };
@@ -216,7 +216,7 @@ mod tests {
         ] {
             assert_eq!(may_be_power(unit, name), may_be, "{name} ({unit})");
         }
-        // A unit that is asked for says more than a name.
+        // A requested unit takes precedence over a name.
         assert_eq!(written("mV", None).scale, Scale::Linear);
     }
 }

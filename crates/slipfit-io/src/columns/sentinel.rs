@@ -1,8 +1,8 @@
-//! Numbers that stand for no value: `-999`, `9999`, `9.9e37`, and echoes that a motion detector lost.
+//! Sentinels, i.e. numbers that stand for no value: `-999`, `9999`, `9.9e37`, and lost echoes of a motion detector.
 
 use crate::report::Skipped;
 
-/// A number that stands for none, and where it does.
+/// A number that stands for no value, and its occurrences.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Sentinel {
     pub(crate) value: f64,
@@ -12,26 +12,26 @@ pub(crate) struct Sentinel {
     pub(crate) first: usize,
 }
 
-/// Different ones looked for in a column.
+/// Maximum number of different sentinels in a column.
 const MOST: usize = 4;
-/// How many times the range of all others a repeated number lies outside of it.
+/// Minimum distance of a repeated number from the range of all others, in units of that range.
 const OUTSIDE: f64 = 10.0;
-/// The same for a number that instruments write where they have none, repeated.
+/// The same for a repeated number of the form that instruments write for missing values.
 const OUTSIDE_WORD: f64 = 2.0;
-/// The same, at least, for a number in rare single samples of a record.
+/// The same for a number in rare single samples of a record.
 const OUTSIDE_ALONE: f64 = 0.5;
-/// Such samples, at least.
+/// Minimum number of such samples.
 const FEWEST_ALONE: usize = 5;
-/// One sample in so many is such a one, at most.
+/// At most one in this many samples is such a sample.
 const RARE: usize = 8;
-/// From here on no instrument measures: 1e30, 9.9e37 (SCPI), the largest of single precision.
+/// No instrument measures values from here on: 1e30, 9.9e37 (SCPI), the largest of single precision.
 const NO_QUANTITY: f64 = 1e30;
 
-/// The number that unmistakably stands for none: the least or the greatest, the same to the last digit in several
-/// rows, or one that instruments write so, and far outside of all others.
+/// The number that unmistakably stands for no value: the least or the greatest, identical to the last digit in several
+/// rows or of the form that instruments write, and far outside all others.
 pub(crate) fn find(values: &[f64]) -> Option<Sentinel> {
     let (low, high) = ends(values).or_else(|| range(values, |_| true))?;
-    // Nearly every column has a number in the middle of its range, which none has that such a number stretches.
+    // Nearly every column has a number in the middle of its range, which a range extended by a sentinel does not have.
     let margin = (high - low) / (OUTSIDE_WORD + 1.0);
     if values.iter().any(|v| *v > low + margin && *v < high - margin) {
         return None;
@@ -40,7 +40,7 @@ pub(crate) fn find(values: &[f64]) -> Option<Sentinel> {
     candidates.into_iter().find_map(|value| stands_for_none(values, value))
 }
 
-/// The least and the greatest number, several at a time; `None` where they are not finite and apart.
+/// The least and the greatest number, computed in several lanes; `None` if they are not finite and different.
 fn ends(values: &[f64]) -> Option<(f64, f64)> {
     const LANES: usize = 8;
     let (mut low, mut high) = ([f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES]);
@@ -55,7 +55,7 @@ fn ends(values: &[f64]) -> Option<(f64, f64)> {
     (low < high && low.is_finite() && high.is_finite()).then_some((low, high))
 }
 
-/// The same of those finite numbers that count.
+/// The same for the finite numbers selected by `counts`.
 fn range(values: &[f64], counts: impl Fn(f64) -> bool) -> Option<(f64, f64)> {
     let ends = values
         .iter()
@@ -79,9 +79,9 @@ fn stands_for_none(values: &[f64], value: f64) -> Option<Sentinel> {
     (unmistakable && 2 * count < values.len()).then_some(Sentinel { value, count, first })
 }
 
-/// The least or the greatest number of a record, where again and again a single sample has it to the last digit and half
-/// the range of all others lies between: a motion detector that hears no echo, or that of the wall behind, writes so. A
-/// motion comes near its ends, and the end of a converter's range holds several samples at a time.
+/// The least or the greatest number of a record, if single samples repeatedly have it to the last digit and half the
+/// range of all others separates it from them: motion detectors write such numbers if they receive no echo, or that of
+/// the wall behind. A motion has values close to its extremes, and clipping holds several successive samples.
 fn find_alone(values: &[f64]) -> Option<Sentinel> {
     let (low, high) = ends(values).or_else(|| range(values, |_| true))?;
     let margin = (high - low) * OUTSIDE_ALONE / (1.0 + OUTSIDE_ALONE);
@@ -103,7 +103,8 @@ fn find_alone(values: &[f64]) -> Option<Sentinel> {
     })
 }
 
-/// Whether instruments and programs write a number where they have none: nines, or beyond all quantities.
+/// Whether a number has the form that instruments and programs write for missing values: nines, or beyond all
+/// quantities.
 fn is_word(value: f64) -> bool {
     let size = value.abs();
     if size >= NO_QUANTITY {
@@ -115,7 +116,7 @@ fn is_word(value: f64) -> bool {
 }
 
 impl Sentinel {
-    /// As rows left out of a column, numbered from 1, whose first row with it is line `row`.
+    /// Account of the rows it removes from a column, numbered from 1; the first of them is line `row`.
     pub(crate) fn skipped(self, column: usize, row: u64) -> Skipped {
         let reason = format!(
             "{} in column {column}, far outside all other values, stands for no value",
@@ -129,12 +130,12 @@ fn written(value: f64) -> String {
     if value.abs() < 1e6 { value.to_string() } else { format!("{value:e}") }
 }
 
-/// All of a column, each hidden (NaN) before the next is looked for.
+/// All sentinels of a column, each hidden (NaN) before the next search.
 pub(crate) fn hide(values: &mut [f64]) -> Vec<Sentinel> {
     hide_each(values, find)
 }
 
-/// The same of samples in order of time.
+/// The same for samples in order of time.
 pub(crate) fn hide_in_record(values: &mut [f64]) -> Vec<Sentinel> {
     hide_each(values, |values| find(values).or_else(|| find_alone(values)))
 }
@@ -183,7 +184,7 @@ mod tests {
     #[test]
     fn jolts_rails_and_rest_are_values() {
         for marks in [
-            // A jolt, and one that repeats by chance not so far off.
+            // A jolt, and a value repeated by chance that is not as far off.
             &[(7, -500.0)][..],
             &[(7, 60.0), (9, 60.0)],
             // The rail of a converter close above the signal.
@@ -204,7 +205,7 @@ mod tests {
             let swing = |i: usize| 0.8 + 0.2 * (0.3 * i as f64).cos();
             (0..400).map(|i| if at(i) { value } else { swing(i) }).collect()
         };
-        // 0.6 to 1.0 is the range of the motion.
+        // The motion ranges from 0.6 to 1.0.
         for value in [0.0, 4.0, 1.3] {
             let mut values = lost(value, &|i| i % 23 == 7);
             assert_eq!(find(&values), None, "{value}: no word and not as far off as those");

@@ -1,4 +1,4 @@
-//! Which column is the signal.
+//! Choice of the signal column.
 
 use std::f64::consts::TAU;
 
@@ -15,13 +15,13 @@ use crate::{
     report::Note,
 };
 
-/// Part of an amplitude, and of a turn, by which the columns of one lock-in agree but for their digits.
+/// Tolerances, relative to an amplitude and in radians, within which the columns of one lock-in agree despite rounding.
 const MODULUS_WITHIN: f64 = 0.02;
 const ANGLE_WITHIN_RAD: f64 = 0.05;
-/// The acceleration of gravity in m/s² and in units of itself, and the part by which a sensor and the swing are off it.
+/// The acceleration of gravity in m/s² and in g, and the relative tolerance for the sensor and the swing.
 const GRAVITY: [f64; 2] = [9.81, 1.0];
 const GRAVITY_WITHIN: f64 = 0.05;
-/// Rank of a column whose name says nothing.
+/// Rank of a column with an uninformative name.
 const UNKNOWN_RANK: u8 = 40;
 
 impl Chooser<'_> {
@@ -36,8 +36,8 @@ impl Chooser<'_> {
             .collect()
     }
 
-    /// The only column beside the times, where it is named like what stands beside a motion but measures something that
-    /// follows it: a force, a pressure, the voltage of a `Sample`.
+    /// The only column apart from the times, if it is named like an accompanying quantity but measures something that
+    /// follows the motion: a force, a pressure, the voltage of a `Sample`.
     pub(super) fn only_other(&mut self, time: Option<usize>) -> Option<usize> {
         let filled = |c: &usize| {
             Some(*c) != time && Some(*c) != self.fraction.map(|f| f.index) && self.contents[*c].filled > 0.0
@@ -58,7 +58,7 @@ impl Chooser<'_> {
         Some(only)
     }
 
-    /// An unnamed column beside others that goes up like a time or a counter.
+    /// Whether one of several columns increases like a time or a counter.
     fn is_second_clock(&self, column: usize) -> bool {
         self.near.len() > 1 && self.contents[column].counts
             || self.near.len() > 2
@@ -93,7 +93,7 @@ impl Chooser<'_> {
         (asked || (open && (beside || (electrical(x) && electrical(y))))).then_some((x, y))
     }
 
-    /// Whether nearly all rows of a column are `sqrt(x² + y²)`, times one factor.
+    /// Whether nearly all rows of a column are `sqrt(x² + y²)` times a common factor.
     pub(super) fn is_modulus(&self, column: usize, x: usize, y: usize) -> bool {
         let [r, x, y] = [column, x, y].map(|c| &self.values[c]);
         let mut factors: Vec<f64> = r
@@ -108,7 +108,7 @@ impl Chooser<'_> {
         near * 10 >= factors.len() * 9
     }
 
-    /// Whether nearly all rows of a column are the angle of `x + i y`, in degrees or radians, up to whole turns.
+    /// Whether nearly all rows of a column are the angle of `x + i y`, in degrees or radians, modulo whole turns.
     fn is_angle(&self, column: usize, x: usize, y: usize) -> bool {
         let [angle, x, y] = [column, x, y].map(|c| &self.values[c]);
         [1.0, 1f64.to_radians()].into_iter().any(|factor| {
@@ -124,7 +124,7 @@ impl Chooser<'_> {
 
     fn rank(&self, index: usize) -> u8 {
         match self.roles[index] {
-            // An amplitude is no phase's poor relation: R and theta come from one instrument.
+            // If there is an amplitude R, theta comes from the same instrument and is not the signal.
             Role::Signal { like: "named like an angle", .. } if self.has_r() => 0,
             Role::Signal { rank, .. } => rank,
             _ => UNKNOWN_RANK,
@@ -142,7 +142,7 @@ impl Chooser<'_> {
         let from = if varying.is_empty() { candidates } else { &varying };
         let top = from.iter().map(|&c| self.rank(c)).max();
         let mut best: Vec<usize> = from.iter().copied().filter(|&c| Some(self.rank(c)) == top).collect();
-        // A gyroscope that rests beside an accelerometer that swings.
+        // A gyroscope at rest next to an oscillating accelerometer.
         let is_of =
             |c: usize, of: SignalKind| matches!(self.roles[c], Role::Signal { kind, .. } if kind == of);
         let rings = |c: usize| self.contents[c].is_ringing();
@@ -172,7 +172,7 @@ impl Chooser<'_> {
         if !ringing.is_empty() {
             best = ringing;
         }
-        // A derivative has another unit: axes of one unit swing a quarter turn apart where the motion is an ellipse.
+        // A derivative has another unit: axes of one unit are a quarter period apart if the motion is an ellipse.
         let one_unit = |a: usize, b: usize| {
             let unit = |c: usize| &self.head.names[c].unit;
             !unit(a).is_empty() && unit(a) == unit(b)
@@ -206,7 +206,7 @@ impl Chooser<'_> {
                 self.notes.push(Note::new(text).hint("signal", "says otherwise"));
             }
         }
-        // Sizes compare only within one unit.
+        // Swings are comparable only within one unit.
         let unit = &self.head.names[best[0]].unit;
         let greatest = best
             .iter()
@@ -218,7 +218,8 @@ impl Chooser<'_> {
         Ok((greatest, format!("{prefix}has the strongest decaying oscillation among {among}")))
     }
 
-    /// Whether a column is the acceleration across a pendulum with another beside it that holds gravity and runs along it.
+    /// Whether a column is the acceleration across a pendulum, and another one is the acceleration along it, including
+    /// gravity.
     pub(super) fn turns_in_gravity(&self, signal: usize) -> bool {
         let holds_gravity = |c: usize| {
             let (sum, n) = self.finite(c).fold((0.0, 0.0), |(sum, n), v| (sum + v, n + 1.0));
@@ -235,14 +236,14 @@ impl Chooser<'_> {
     }
 
     pub(super) fn kind_of(&self, index: usize) -> SignalKind {
-        // A unit given or named apart says more than the name; m alone says nothing.
+        // A unit given or named separately takes precedence over the name; m alone is no evidence.
         let named_apart = self.options.unit.is_some() || self.head.names[index].unit.is_empty();
         match units::measures(self.written_unit(index)).filter(|_| named_apart) {
             Some(Measures::Signal(kind)) if kind != SignalKind::Displacement => return kind,
             _ => {}
         }
         match self.roles[index] {
-            // Oscilloscopes call a waveform an amplitude; an envelope is never negative.
+            // Oscilloscopes label a waveform as an amplitude; an envelope is never negative.
             Role::Signal { kind: SignalKind::Envelope, .. }
                 if self.contents[index].least < 0.0 && !self.signal_taken(index, "").1 =>
             {
@@ -253,13 +254,13 @@ impl Chooser<'_> {
         }
     }
 
-    /// What an axis without a unit measures, by the name of its sheet or file: `Accelerometer.csv`.
+    /// Kind measured by an axis without a unit, from the name of its sheet or file: `Accelerometer.csv`.
     pub(super) fn kind_of_place(&mut self, index: usize, file: &str) -> Option<SignalKind> {
         let axis = self.head.names[index].bare.trim().to_lowercase();
         if !units::listed("x y z", &axis) || !self.written_unit(index).is_empty() {
             return None;
         }
-        // Beside a velocity or an acceleration of its own the axis is a place, whatever the file is called.
+        // Next to a separate velocity or acceleration column the axis is a position, whatever the name of the file.
         let derived = |c: &usize| {
             let kind = match self.roles[*c] {
                 Role::Signal { kind, .. } => kind,
@@ -279,7 +280,7 @@ impl Chooser<'_> {
         Some(kind)
     }
 
-    /// The unit given, in the header, or else named above the table.
+    /// The unit given, that in the header, or that named above the table, in this order.
     fn written_unit(&self, index: usize) -> &str {
         let in_header = self.head.names[index].unit.as_str();
         let named = || named::named_unit(&self.head.named_values).unwrap_or_default();
@@ -290,7 +291,7 @@ impl Chooser<'_> {
         }
     }
 
-    /// Says where the unit given is not the one that the header names.
+    /// Notes that the given unit differs from the one in the header.
     pub(super) fn note_another_unit(&mut self, index: usize) {
         let in_header = self.head.names[index].unit.as_str();
         let Some(given) = self.options.unit.as_deref().map(str::trim) else { return };
@@ -302,7 +303,7 @@ impl Chooser<'_> {
         }
     }
 
-    /// The signal, and whether its levels are to be made linear.
+    /// The signal, and whether its levels have to be made linear.
     pub(super) fn signal_taken(&self, index: usize, why: &str) -> (Picked, bool) {
         let written = self.written_unit(index);
         let linear = units::linear_unit(written);

@@ -1,4 +1,4 @@
-//! Times in two columns: whole seconds, and the part of a second that is added to them.
+//! Times in two columns: whole seconds, and fractions of a second to be added.
 
 use super::{
     chooser::{Chooser, Fraction, Picked},
@@ -20,11 +20,11 @@ impl Fraction {
     }
 }
 
-/// Share of the steps of a clock that go up; midnight is one that does not.
+/// Share of rising steps of a clock; midnight is a step that does not rise.
 const RISING: f64 = 0.98;
 
 impl Chooser<'_> {
-    /// Columns of whole seconds and of what is added to them.
+    /// Finds columns of whole seconds and of fractions to be added.
     pub(super) fn split_clock(&self) -> Option<(usize, Fraction)> {
         if self.options.time_unit.is_some() {
             return None;
@@ -32,7 +32,7 @@ impl Chooser<'_> {
         self.seconds_and_nanoseconds().or_else(|| self.clock_and_fraction())
     }
 
-    /// As ROS writes a time: `stamp.secs`, `stamp.nsecs`.
+    /// Times as written by ROS: `stamp.secs`, `stamp.nsecs`.
     fn seconds_and_nanoseconds(&self) -> Option<(usize, Fraction)> {
         let name = |c: usize| name::words(&self.head.names[c].header);
         let pair = |c: usize| {
@@ -54,8 +54,8 @@ impl Chooser<'_> {
         self.near.iter().find_map(|&c| Some((c, Fraction { index: pair(c)?, a_second: 1e9 })))
     }
 
-    /// As loggers and multimeters do: a time of day `10:22:33` that stands still within a second, beside `ms` or
-    /// `Fractional Seconds`.
+    /// Times as written by loggers and multimeters: a time of day `10:22:33` that is constant within a second, next to
+    /// `ms` or `Fractional Seconds`.
     fn clock_and_fraction(&self) -> Option<(usize, Fraction)> {
         let in_seconds = |c: &usize| {
             let (content, name) = (self.contents[*c], &self.head.names[*c]);
@@ -81,7 +81,7 @@ impl Chooser<'_> {
         })
     }
 
-    /// Whether two columns together go up from row to row.
+    /// Whether the sum of two columns increases from row to row.
     fn is_clock(&self, whole: usize, part: Fraction) -> bool {
         let rows = self.values[whole].iter().zip(&self.values[part.index]);
         let times: Vec<f64> = rows
@@ -92,7 +92,7 @@ impl Chooser<'_> {
         times.len() > 1 && up as f64 >= RISING * (times.len() - 1) as f64
     }
 
-    /// The sum of both.
+    /// Times as the sum of both columns.
     pub(super) fn clock_of_two(&mut self, whole: usize, fraction: Fraction) -> Time {
         self.roles[whole] = Role::Time;
         self.roles[fraction.index] = Role::Never;

@@ -1,4 +1,4 @@
-//! The step or the rate of sampling as an instrument states it above its samples.
+//! The sampling step or rate that an instrument states above its samples.
 
 use super::{
     name::Name,
@@ -6,18 +6,18 @@ use super::{
 };
 use crate::report::Decimal;
 
-/// Names of the time between samples, as letters and digits alone.
+/// Names of the time between samples, reduced to letters and digits.
 const STEPS: &str = "sampleinterval samplinginterval sampleperiod samplingperiod samplecycle samplingcycle samplingstep \
                      recordinginterval storageinterval timeinterval timestep timeincrement horizontalinterval \
                      abtastintervall abtastperiode abtastzeit xincrement xincr xinc increment deltax deltat tinc dt \
                      hresolution";
-/// Names of samples per second.
+/// Names of the sampling rate.
 const RATES: &str = "samplerate samplingrate samplefrequency samplingfrequency samplefreq samplingfreq samplespersecond \
                      abtastrate abtastfrequenz scanrate srate updaterate fps framerate framespersecond";
-/// Statements agree within this, as a rate written to four digits does with a step.
+/// Relative tolerance between statements, such as a rate rounded to four digits and a step.
 const AGREE_WITHIN: f64 = 1e-3;
 
-/// Samples per second (Hz), where lines state them or the step and agree.
+/// Samples per second (Hz), if lines state the rate or the step and agree.
 pub(crate) fn rate_hz<'a>(
     lines: impl Iterator<Item = &'a str>,
     separators: &[char],
@@ -28,7 +28,7 @@ pub(crate) fn rate_hz<'a>(
     rates.all(|rate| (rate / first - 1.0).abs() <= AGREE_WITHIN).then_some(first)
 }
 
-/// The rates of a line: `Sample Interval,4e-06`, `SamplingCycle(us)=20`, `tInc = 0.0001s`.
+/// Sampling rates stated in a line: `Sample Interval,4e-06`, `SamplingCycle(us)=20`, `tInc = 0.0001s`.
 fn statements(line: &str, separators: &[char], decimal: Decimal) -> Vec<f64> {
     let cells: Vec<&str> = line.split(separators).map(|c| c.trim().trim_matches('"').trim()).collect();
     let value = |i: usize| cells.get(i).copied().unwrap_or_default();
@@ -56,11 +56,11 @@ fn rate(name: &str, stated: &str, behind: &str, decimal: Decimal) -> Option<f64>
     if !is_step && !is_rate {
         return None;
     }
-    // Siglent names the kind of channel: `Analog:1.0e-04`.
+    // Siglent writes the kind of channel first: `Analog:1.0e-04`.
     let stated = stated.rsplit(':').next().unwrap_or_default().trim();
     let stated = if decimal == Decimal::Comma { stated.replace(',', ".") } else { stated.to_owned() };
     let (number, used) = fast_float2::parse_partial::<f64, _>(&stated).ok()?;
-    // A sentence may go on: `Sample Rate: 44100 Hz. Sample values on linear scale.`
+    // A sentence may continue: `Sample Rate: 44100 Hz. Sample values on linear scale.`
     let suffix = stated[used..].split(". ").next().unwrap_or_default().trim().trim_end_matches('.');
     let of_unit = |unit: &str| {
         if is_rate {
@@ -78,13 +78,13 @@ fn rate(name: &str, stated: &str, behind: &str, decimal: Decimal) -> Option<f64>
     (rate_hz > 0.0 && rate_hz.is_finite() && number > 0.0).then_some(rate_hz)
 }
 
-/// One over a step as it is written, to its digits: 100 kHz of 1e-5 s.
+/// Reciprocal of a decimal step without rounding error: 100 kHz for 1e-5 s.
 fn over(step_s: f64) -> f64 {
     let rate_hz = 1.0 / step_s;
     format!("{rate_hz:.13e}").parse().unwrap_or(rate_hz)
 }
 
-/// What turns a number of samples per unit of time into Hz: `kS/s`, `MSa/s`, `SPS`.
+/// Factor to Hz of a number of samples per unit of time: `kS/s`, `MSa/s`, `SPS`.
 fn sample_unit(unit: &str) -> Option<f64> {
     let lower = unit.to_lowercase();
     let end = ["samples/s", "sa/s", "s/s", "sps"].into_iter().find(|end| lower.ends_with(end))?;

@@ -1,4 +1,4 @@
-//! Units as they stand in headers.
+//! Units as written in headers.
 
 mod list;
 mod product;
@@ -25,7 +25,7 @@ pub(crate) enum Measures {
     Other,
 }
 
-/// Lengths, angles and electrical signals that stand for them.
+/// Lengths, angles and the electrical signals that represent them.
 const POSITIONS: &str = "m meter metre meters dm cm mm um \u{b5}m \u{3bc}m nm pm fm in inch ft mil px pixel pixels \
     rad mrad urad \u{b5}rad \u{3bc}rad nrad deg degree degrees grad \u{b0} rev revs turn turns arcsec arcmin \
     v mv uv \u{b5}v \u{3bc}v nv kv volt volts a ma ua \u{b5}a \u{3bc}a na pa counts count lsb adc a.u. arb au %";
@@ -43,7 +43,7 @@ const LEVELS: &[(&str, &str)] = &[
     ("\u{b5}V", "dbuv db\u{b5}v db\u{3bc}v"),
 ];
 
-/// Forces and torques that a response is divided by.
+/// Forces and torques by which a response is divided.
 const FORCES: &[&str] = &[
     "/N",
     "/kN",
@@ -61,11 +61,11 @@ const FORCES: &[&str] = &[
     "/(N\u{b7}m)",
 ];
 
-/// The root of a bandwidth.
+/// Square root of a bandwidth.
 const ROOT_HERTZ: &[&str] =
     &["/\u{221a}Hz", "/\u{221a}(Hz)", "/sqrt(Hz)", "/rtHz", "/rt(Hz)", "/Hz^0.5", "/Hz^(1/2)", "/Hz^1/2"];
 
-/// What numbers in such units are times the factor: amplitudes.
+/// Suffixes of units, with the factor that converts their numbers to amplitudes.
 const MULTIPLES: &[(&str, f64)] = &[
     ("peak-to-peak", 0.5),
     ("peak to peak", 0.5),
@@ -91,12 +91,12 @@ pub(crate) fn measures(unit: &str) -> Option<Measures> {
     })
 }
 
-/// Whether this is a unit.
+/// Whether this is a known unit.
 pub(crate) fn is_known(unit: &str) -> bool {
     measures(unit).is_some() || hertz(unit).is_some() || radians(unit).is_some()
 }
 
-/// What a unit measures that is no part of an oscillation and not divided by a force.
+/// What a unit measures, without a suffix such as peak to peak and without division by a force.
 fn plain(unit: &str) -> Option<Measures> {
     let (written, unit) = (unit.to_lowercase(), tidy(unit));
     if let Some(hz) = unit.strip_suffix("hz").and_then(time::tick_rate) {
@@ -126,8 +126,7 @@ fn plain(unit: &str) -> Option<Measures> {
     is_position(&base).then_some(Measures::Signal(kind))
 }
 
-/// The unit of a response and what it is divided by: `(m/s^2)/N` is `m/s^2` for each `/N`, `nm/√Hz` is `nm`
-/// for each `/√Hz`.
+/// The unit of a response and what it is divided by: `m/s^2` and `/N` for `(m/s^2)/N`, `nm` and `/√Hz` for `nm/√Hz`.
 pub(crate) fn numerator(unit: &str) -> Option<(&str, &str)> {
     let unit = unit.trim();
     let ends: Vec<usize> = unit.match_indices('/').map(|(at, _)| at).filter(|at| *at > 0).collect();
@@ -139,19 +138,19 @@ pub(crate) fn numerator(unit: &str) -> Option<(&str, &str)> {
     Some((bare(unit[..at].trim()), &unit[at..]))
 }
 
-/// A unit of force behind a response.
+/// Whether a unit is that of a response divided by a force.
 pub(crate) fn is_per_force(unit: &str) -> bool {
     numerator(unit).is_some_and(|(_, of)| FORCES.contains(&of))
 }
 
-/// A unit without brackets around all of it.
+/// A unit without enclosing brackets.
 fn bare(unit: &str) -> &str {
     let inner = unit.strip_prefix('(').and_then(|rest| rest.strip_suffix(')')).map(str::trim);
     inner.filter(|inner| !inner.contains(['(', ')'])).unwrap_or(unit)
 }
 
-/// A unit that says how much of an oscillation its numbers are, without that, and the factor to amplitudes:
-/// peak to peak, effective or peak.
+/// Base unit and factor to amplitudes of a unit that states the measure of the oscillation: peak to peak, effective or
+/// peak.
 pub(crate) fn multiple(unit: &str) -> Option<(&str, f64)> {
     let unit = unit.trim();
     let of = |(end, factor): &(&str, f64)| {
@@ -164,7 +163,7 @@ pub(crate) fn multiple(unit: &str) -> Option<(&str, f64)> {
     MULTIPLES.iter().find_map(of)
 }
 
-/// The unit whose numbers are the square roots of a power spectral density: `nm/√Hz` of `nm^2/Hz`.
+/// Unit of the square roots of a power spectral density: `nm/√Hz` for `nm^2/Hz`.
 pub(crate) fn root_of_density(unit: &str) -> Option<String> {
     let unit = unit.trim();
     let at = unit.len().checked_sub(3)?;
@@ -175,7 +174,7 @@ pub(crate) fn root_of_density(unit: &str) -> Option<String> {
     known.then(|| format!("{base}/\u{221a}Hz"))
 }
 
-/// The unit of the linear amplitudes that levels in `unit` stand for.
+/// Unit of the linear amplitudes given by levels in `unit`.
 pub(crate) fn linear_unit(unit: &str) -> Option<&'static str> {
     match measures(unit) {
         Some(Measures::Level(linear)) => Some(linear),
@@ -188,7 +187,7 @@ pub(crate) fn from_decibels(level: f64) -> f64 {
     10f64.powf(level / 20.0)
 }
 
-/// The unit of the amplitudes whose squares are in a unit: `V` of `V^2`, `\u{221a}mW` of `mW`.
+/// Unit of the amplitudes whose squares are in `unit`: `V` for `V^2`, `\u{221a}mW` for `mW`.
 pub(crate) fn root_of_square(unit: &str) -> Option<String> {
     let unit = unit.trim();
     if listed(POWERS, &unit.to_lowercase()) {
@@ -204,11 +203,11 @@ pub(super) fn is_derivative(unit: &str) -> bool {
     derivative(unit).is_some() && matches!(plain(unit), Some(Measures::Signal(_)))
 }
 
-/// What turns numbers in a unit of frequency into Hz.
+/// Factor to Hz of numbers in a unit of frequency.
 pub(crate) fn hertz(unit: &str) -> Option<f64> {
     let unit = unit.trim().replace(['\u{b7}', ' '], "").replace("\u{207b}\u{b9}", "^-1");
     let unit = bare(&unit);
-    // The prefixes that only their case tells apart: mHz and MHz.
+    // Prefixes that differ only in case: mHz and MHz.
     let mega = unit.starts_with('M');
     Some(match unit.to_lowercase().as_str() {
         _ if unit == "mHz" => 1e-3,
@@ -229,13 +228,13 @@ pub(crate) fn hertz(unit: &str) -> Option<f64> {
     })
 }
 
-/// Whether a unit is one over a second, which is Hz of frequencies and rad/s of angular ones.
+/// Whether a unit is the reciprocal second, which is Hz for frequencies and rad/s for angular frequencies.
 pub(crate) fn is_per_second(unit: &str) -> bool {
     let unit = unit.trim().to_lowercase().replace("\u{207b}\u{b9}", "^-1");
     matches!(bare(&unit), "1/s" | "1/sec" | "s^-1" | "s-1" | "sec^-1")
 }
 
-/// What turns numbers in a unit of angle into radians; phases are counted in cycles and in multiples of pi too.
+/// Factor to radians of numbers in a unit of angle; phases may also be in cycles and in multiples of pi.
 pub(crate) fn radians(unit: &str) -> Option<f64> {
     match tidy(unit).as_str() {
         "cycle" | "cycles" | "cyc" | "cycl" | "periods" | "zyklen" | "2pi" | "2\u{3c0}" => return Some(TAU),
@@ -246,7 +245,7 @@ pub(crate) fn radians(unit: &str) -> Option<f64> {
     DisplacementUnit::named(unit).filter(|unit| unit.coordinate == Coordinate::Angle).map(|unit| unit.si)
 }
 
-/// [`ratio`] of units that are names alone, or so much for each of one.
+/// [`ratio`] of units that are single names, with or without a common divisor.
 fn ratio_of_names(from: &str, to: &str) -> Option<f64> {
     if from == to {
         return Some(1.0);
@@ -285,29 +284,29 @@ fn ratio_of_names(from: &str, to: &str) -> Option<f64> {
         .or_else(|| factor(&|unit| with_prefix(unit, &["watts", "watt", "w"])))
 }
 
-/// What turns numbers in one unit into numbers in another of the same quantity, each a name or a product of names.
+/// Factor from numbers in one unit to numbers in another of the same quantity, each a name or a product of names.
 pub(crate) fn ratio(from: &str, to: &str) -> Option<f64> {
     ratio_of_names(from, to).or_else(|| product::ratio(from, to, ratio_of_names))
 }
 
-/// What turns numbers in a unit of pressure into Pa.
+/// Factor to Pa of numbers in a unit of pressure.
 fn pascals(unit: &str) -> Option<f64> {
     let bars = || with_prefix(unit, &["bars", "bar"]).map(|bars| 1e5 * bars);
     with_prefix(unit, &["pascals", "pascal", "pa"]).or_else(bars)
 }
 
-/// What turns numbers in a unit of conductance into S.
+/// Factor to S of numbers in a unit of conductance.
 pub(crate) fn siemens(unit: &str) -> Option<f64> {
     with_prefix(unit, &["siemens", "mho", "s"])
 }
 
-/// What turns numbers in a unit of resistance into Ω.
+/// Factor to Ω of numbers in a unit of resistance.
 pub(crate) fn ohms(unit: &str) -> Option<f64> {
     with_prefix(unit, &["ohms", "ohm", "\u{3c9}"])
 }
 
-/// The factor of an SI prefix before one of these names in lower case; the case of a prefix counts,
-/// that of a name does not.
+/// Factor of the SI prefix before one of these names, which are in lower case; prefixes are case-sensitive, names are
+/// not.
 fn with_prefix(unit: &str, names: &[&str]) -> Option<f64> {
     let unit = unit.trim();
     let prefix = |name: &&str| {
@@ -328,7 +327,7 @@ fn with_prefix(unit: &str, names: &[&str]) -> Option<f64> {
     })
 }
 
-/// The unit of what has been integrated over time: `m/s` and `m/s^2` become `m`.
+/// Unit after integration over time: `m/s` and `m/s^2` become `m`.
 pub(crate) fn integrated(unit: &str) -> String {
     let unit = unit.trim();
     if let Some((base, of)) = numerator(unit) {

@@ -1,24 +1,24 @@
-//! What columns without names hold, by the resonance that fits them.
+//! Roles of columns without names, from the resonance that fits them.
 
 use slipfit::motion::steady::Phasor;
 
 use super::{chooser::Chooser, units};
 
-/// How well one meaning of the numbers must fit beside the next best, to be taken for them. On measured and
-/// simulated curves with noise of 1 % and any friction the right one is better by 2.6 and more.
+/// Maximum residual of an interpretation of the numbers, relative to that of the next best, for it to be accepted. On
+/// measured and simulated curves with noise of 1 % and any friction the right one is better by 2.6 and more.
 const CLEARLY: f64 = 0.5;
-/// Residual of the best, relative to the spread of the points: beyond it there is no resonance to go by.
+/// Residual of the best fit, relative to the spread of the points, above which there is no usable resonance.
 const FITS: f64 = 0.3;
-/// Points looked at.
+/// Maximum number of points used.
 const MOST: usize = 2000;
-/// Rows that tell a resonance in two parts from amplitudes.
+/// Minimum number of rows for distinguishing a resonance in two parts from amplitudes.
 const LEAST: usize = 8;
-/// Passes of the fit of a pole.
+/// Iterations of the fit of a pole.
 const PASSES: usize = 6;
 
 impl Chooser<'_> {
-    /// Whether a resonance fits two columns over a third far better as real and imaginary part than as an amplitude
-    /// or a level with a phase.
+    /// Whether a resonance fits two columns over a third far better as real and imaginary part than as an amplitude or
+    /// a level with a phase.
     pub(super) fn are_parts(&self, over: usize, first: usize, second: usize) -> bool {
         let rows = self.rows_of([over, first, second]);
         let residual = |meaning: &dyn Fn(f64, f64) -> Phasor| {
@@ -46,8 +46,8 @@ impl Chooser<'_> {
         rows.len() >= LEAST && parts < FITS && parts < CLEARLY * amplitude(1).min(amplitude(2))
     }
 
-    /// Whether the numbers of a column over another are levels in dB rather than amplitudes; `None` where a
-    /// resonance fits neither clearly better.
+    /// Whether the numbers of a column over another are levels in dB and not amplitudes; `None` if a resonance fits
+    /// neither clearly better.
     pub(super) fn fits_decibels(&self, over: usize, column: usize) -> Option<bool> {
         let rows = self.rows_of([over, column, column]);
         let points =
@@ -63,7 +63,7 @@ impl Chooser<'_> {
         }
     }
 
-    /// Some of the rows with a number in all of these columns, the first between -1/2 and 1/2.
+    /// A subset of the rows with a number in all these columns, the first column scaled to -1/2 to 1/2.
     fn rows_of(&self, columns: [usize; 3]) -> Vec<[f64; 3]> {
         let [f, a, b] = columns.map(|c| &self.values[c]);
         let mut rows: Vec<[f64; 3]> = f.iter().zip(a).zip(b).map(|((f, a), b)| [*f, *a, *b]).collect();
@@ -77,14 +77,14 @@ impl Chooser<'_> {
     }
 }
 
-/// Residual of the one pole over a line that fits complex points best, relative to their spread; infinite where none
-/// does.
+/// Residual of the best fit of a single pole with a linear numerator to complex points, relative to their spread;
+/// infinite if there is none.
 fn of_pole(points: &[(f64, Phasor)]) -> f64 {
     let mean = points.iter().map(|(_, z)| *z).sum::<Phasor>() / points.len() as f64;
     let spread: f64 = points.iter().map(|(_, z)| (z - mean).norm_sqr()).sum();
     let (mut weights, mut residual) = (vec![1.0; points.len()], f64::INFINITY);
     for _ in 0..PASSES {
-        // z (u - a) = b + c u, in which a, b and c are linear; weighted by the distance to the pole found before.
+        // z (u - a) = b + c u is linear in a, b and c; the weights are the inverse distances to the previous pole.
         let row = |(u, z): &(f64, Phasor), w: f64| [z * w, Phasor::new(w, 0.0), Phasor::new(u * w, 0.0)];
         let rows = points.iter().zip(&weights).map(|(p, w)| (row(p, *w), p.1 * (p.0 * w)));
         let Some([a, b, c]) = least_squares(rows) else { return f64::INFINITY };
@@ -96,8 +96,8 @@ fn of_pole(points: &[(f64, Phasor)]) -> f64 {
     if residual.is_finite() { residual } else { f64::INFINITY }
 }
 
-/// Residual of amplitudes from the resonance that fits them best, whose inverse squares are a parabola, relative to
-/// their spread; infinite where one of them is not above zero.
+/// Residual of the best fit of a resonance, whose inverse squares are a parabola, to amplitudes, relative to their
+/// spread; infinite if one of them is not positive.
 fn of_amplitude(points: &[(f64, f64)]) -> f64 {
     let largest = points.iter().map(|(_, a)| *a).fold(0.0, f64::max);
     if points.len() < 4 || points.iter().any(|(_, a)| !(*a > 0.0 && a.is_finite())) {
@@ -107,7 +107,7 @@ fn of_amplitude(points: &[(f64, f64)]) -> f64 {
     let mean = points.iter().map(|(_, a)| a).sum::<f64>() / points.len() as f64;
     let spread: f64 = points.iter().map(|(_, a)| (a - mean).powi(2)).sum();
     let real = |v: f64| Phasor::new(v, 0.0);
-    // The error of 1/a^2 is that of the amplitude times 2/a^3.
+    // The error of 1/a^2 is 2/a^3 times that of the amplitude.
     let rows = points.iter().map(|(u, a)| {
         let w = 0.5 * a.powi(3);
         ([real(w), real(w * u), real(w * u * u)], real(w / (a * a)))
@@ -122,7 +122,7 @@ fn of_amplitude(points: &[(f64, f64)]) -> f64 {
     if residual.is_finite() { residual } else { f64::INFINITY }
 }
 
-/// Three complex unknowns of linear equations by least squares; `None` where they are not determined.
+/// Solves linear equations in three complex unknowns by least squares; `None` if they are underdetermined.
 fn least_squares(rows: impl Iterator<Item = ([Phasor; 3], Phasor)>) -> Option<[Phasor; 3]> {
     let mut normal = [[Phasor::new(0.0, 0.0); 4]; 3];
     for (row, value) in rows {

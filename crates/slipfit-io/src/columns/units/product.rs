@@ -2,10 +2,10 @@
 
 use slipfit::model::displacement::factors;
 
-/// Powers of length, mass, time, voltage and current.
+/// Exponents of length, mass, time, voltage and current.
 type Powers = [i32; 5];
 
-/// What the factors of a product may be.
+/// Names that may be factors of a product.
 const NAMES: [(&str, Powers); 7] = [
     ("s", [0, 0, 1, 0, 0]),
     ("m", [1, 0, 0, 0, 0]),
@@ -16,13 +16,13 @@ const NAMES: [(&str, Powers); 7] = [
     ("A", [0, 0, 0, 0, 1]),
 ];
 
-/// What turns numbers in one product into numbers in another of the same quantity; `of_names` does so for its factors.
+/// Factor from numbers in one product to numbers in another of the same quantity; `of_names` converts its factors.
 pub(super) fn ratio(from: &str, to: &str, of_names: fn(&str, &str) -> Option<f64>) -> Option<f64> {
     let ((from, of), (to, wanted)) = (size(from, of_names)?, size(to, of_names)?);
     (of == wanted).then_some(from / to)
 }
 
-/// A unit over that of its quantity in the SI, and its powers; 1 is a unit of pure numbers.
+/// Size of a unit relative to the SI unit of its quantity, and its exponents; 1 is the unit of pure numbers.
 fn size(unit: &str, of_names: fn(&str, &str) -> Option<f64>) -> Option<(f64, Powers)> {
     let found = if unit == "1" { Vec::new() } else { factors(unit)? };
     found.iter().try_fold((1.0, Powers::default()), |(size, powers), (name, power)| {

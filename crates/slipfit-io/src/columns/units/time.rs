@@ -1,17 +1,17 @@
-//! Units of time: names in several languages, so many of one, and ticks of a clock.
+//! Units of time: names in several languages, multiples of them, and ticks of a clock.
 
 use super::list::listed;
 use std::borrow::Cow;
 
-/// From a unit of time to seconds.
+/// Conversion from a unit of time to seconds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Seconds {
     /// Seconds as they are.
     Same,
     /// Longer units.
     Times(f64),
-    /// Shorter units. Divided, 651 ms are 0.651 s to the last digit, and a
-    /// clock written with few digits stays recognisable as such.
+    /// Shorter units. With a division, 651 ms are 0.651 s to the last digit, and a clock written with few digits
+    /// remains recognisable as such.
     Over(f64),
 }
 
@@ -27,7 +27,7 @@ impl Seconds {
     }
 }
 
-/// Units of time by their length; spellings stand between blanks.
+/// Units of time by their length; spellings are separated by blanks.
 const TIMES: &[(Seconds, &str)] = &[
     (
         Seconds::Same,
@@ -53,13 +53,13 @@ const TIMES: &[(Seconds, &str)] = &[
     (Seconds::Times(86400.0), "day days"),
 ];
 
-/// A unit of time in lower case, or so many of one.
+/// A unit of time in lower case, or a multiple of one.
 pub(super) fn named(unit: &str) -> Option<Seconds> {
     let unit = &without_marks(unit);
     plain(unit).or_else(|| scaled(unit)).or_else(|| part(unit))
 }
 
-/// Without the full stop of an abbreviation and the marks of LaTeX: `msec.`, `$\mu$s`, `\si{\ms}`.
+/// Removes the full stop of an abbreviation and LaTeX markup: `msec.`, `$\mu$s`, `\si{\ms}`.
 fn without_marks(unit: &str) -> Cow<'_, str> {
     let unit = unit.trim_end_matches('.');
     if !unit.contains(['\\', '$']) {
@@ -69,7 +69,7 @@ fn without_marks(unit: &str) -> Cow<'_, str> {
     Cow::Owned(inner.unwrap_or(unit).replace("\\mu", "\u{3bc}").replace(['\\', '$', '{', '}'], ""))
 }
 
-/// A part of a unit of time: `sec/100`.
+/// A fraction of a unit of time: `sec/100`.
 fn part(unit: &str) -> Option<Seconds> {
     let (unit, divisor) = unit.split_once('/')?;
     let divisor: f64 = divisor.parse().ok().filter(|n: &f64| n.is_finite() && *n > 0.0)?;
@@ -80,7 +80,7 @@ fn plain(unit: &str) -> Option<Seconds> {
     TIMES.iter().find(|(_, names)| listed(names, unit)).map(|(seconds, _)| *seconds)
 }
 
-/// So many of a unit of time: `10ms`, `x 10 ms`, `1/100 s`, `10^-3 s`, `1e-6 s`.
+/// A multiple of a unit of time: `10ms`, `x 10 ms`, `1/100 s`, `10^-3 s`, `1e-6 s`.
 fn scaled(unit: &str) -> Option<Seconds> {
     let unit = unit.trim_start_matches(['x', '\u{d7}', '*', ' ']);
     let digits = |c: char| c.is_ascii_digit();
@@ -114,7 +114,7 @@ fn divided(unit: Seconds, divisor: f64) -> Seconds {
     }
 }
 
-/// The rate of a clock whose ticks are the unit, `60 M` of `60 MHz`.
+/// Rate of a clock whose ticks are the unit: `60 M` of `60 MHz`.
 pub(super) fn tick_rate(text: &str) -> Option<f64> {
     let (number, factor) = match text.trim_end().chars().next_back()? {
         'k' => (text.trim_end().strip_suffix('k')?, 1e3),
