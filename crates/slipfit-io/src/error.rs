@@ -1,4 +1,4 @@
-//! Why a file could not be read, and what would help.
+//! Reasons why a file could not be read, and hints on how to proceed.
 
 use std::{fmt, io};
 
@@ -21,13 +21,13 @@ impl ReadError {
         Self { file: file.to_owned(), problem }
     }
 
-    /// What the person can do about it, if anything: mostly an option.
+    /// What the user can do about it, if anything; in most cases this is an option.
     #[must_use]
     pub fn hints(&self) -> Vec<Hint> {
         self.problem.hints()
     }
 
-    /// The message, with the option it is about as `spell` writes it.
+    /// The message, with the option it concerns as written by `spell`.
     #[must_use]
     pub fn spelled(&self, spell: Spelling<'_>) -> String {
         let row = self.problem.row().map(|row| format!(", row {row}")).unwrap_or_default();
@@ -44,23 +44,23 @@ impl fmt::Display for ReadError {
     }
 }
 
-/// What is wrong with a file. Columns are named as a sentence names them.
+/// Problem with a file. Columns are given in the form used in messages.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReadProblem {
-    /// The system refused.
+    /// Error of the operating system.
     #[error("{0}")]
     Io(io::Error),
     /// Another program wrote to the file while it was read.
     #[error("the file changed while it was read")]
     Changed,
-    /// No bytes, or nothing but blanks.
+    /// No bytes, or only blanks.
     #[error("the file is empty")]
     Empty,
-    /// A format that is known by name only.
+    /// A format that is recognised but not supported.
     #[error("this is {}, which is not read yet", .0.name())]
     Unsupported(Format),
-    /// A file that breaks the rules of its format.
+    /// A file that violates the rules of its format.
     #[error("this begins like {} but is malformed: {reason}", .format.name())]
     Broken {
         /// The format.
@@ -68,15 +68,15 @@ pub enum ReadProblem {
         /// What is wrong.
         reason: String,
     },
-    /// A file that keeps the rules of its format and holds nothing that can be read.
+    /// A file that conforms to its format but contains nothing that can be read.
     #[error("this is {}, but no table in it can be read: {reason}", .format.name())]
     Without {
         /// The format.
         format: Format,
-        /// What it holds instead.
+        /// What it contains instead.
         reason: String,
     },
-    /// Bytes no text has.
+    /// Bytes that do not occur in text.
     #[error("this is not text: byte {byte:#04x} at position {position}")]
     Binary {
         /// The first such byte.
@@ -89,10 +89,10 @@ pub enum ReadProblem {
     LineTooLong {
         /// Line number, from 1.
         row: u64,
-        /// The longest that is read.
+        /// The longest line that is read.
         limit: usize,
     },
-    /// Text without numbers in rows.
+    /// Text without rows of numbers.
     #[error("no table of numbers {}; the first line reads `{first}`", looked_through(*.lines))]
     NoTable {
         /// Lines looked at.
@@ -100,7 +100,7 @@ pub enum ReadProblem {
         /// Beginning of the first of them.
         first: String,
     },
-    /// Decimal commas between cells that commas separate too, in rows that differ in length.
+    /// Commas both as decimal marks and between cells, in rows that differ in length.
     #[error(
         "`{line}`: commas are both cell separators and decimal marks, for {columns} columns, and rows \
          differ in length: the two cannot be distinguished"
@@ -113,13 +113,13 @@ pub enum ReadProblem {
         /// Columns that the header names.
         columns: usize,
     },
-    /// Several tables could be meant and none was named.
+    /// Several tables could be read and none was selected.
     #[error("several tables could be read: {tables}")]
     SeveralTables {
         /// Those that could be read, with their columns.
         tables: String,
     },
-    /// None of several tables holds what is needed.
+    /// None of several tables contains what is needed.
     #[error("none of the tables holds a record: {tables}; of the first: {first}")]
     NoTableFits {
         /// The tables, with their columns.
@@ -137,23 +137,23 @@ pub enum ReadProblem {
         /// What is wrong with it.
         problem: OptionProblem,
     },
-    /// No column of times and no rate.
+    /// No time column and no sampling rate.
     #[error("no column of times among {columns}")]
     NoTime {
-        /// The columns there are.
+        /// The available columns.
         columns: String,
-        /// A rate (Hz) the preamble names.
+        /// A rate (Hz) named in the preamble.
         rate_hz: Option<f64>,
     },
-    /// No column of another kind that is needed.
+    /// Another column that is needed is missing.
     #[error("{} among {columns}", .needed.missing())]
     NoColumn {
         /// What is needed.
         needed: Needed,
-        /// The columns there are.
+        /// The available columns.
         columns: String,
     },
-    /// Times in ticks or samples of a clock whose rate the file does not name.
+    /// Times in ticks or samples of a clock whose rate is not given in the file.
     #[error("{column} counts ticks or samples, whose rate the file does not name")]
     NoTickRate {
         /// The time column.
@@ -172,9 +172,9 @@ pub enum ReadProblem {
         previous: f64,
         /// Time on that line (s).
         next: f64,
-        /// Steps from row to row that go back.
+        /// Number of backward steps between rows.
         backward: usize,
-        /// Steps that go forth.
+        /// Number of forward steps.
         forward: usize,
     },
     /// Too few rows could be read.
@@ -182,7 +182,7 @@ pub enum ReadProblem {
     TooFewRows {
         /// Rows with a sample.
         read: usize,
-        /// The least that would do.
+        /// The minimum number.
         needed: usize,
         /// The signal column.
         column: String,
@@ -194,17 +194,17 @@ pub enum ReadProblem {
     ConstantSignal {
         /// The signal column.
         column: String,
-        /// Its one value.
+        /// Its constant value.
         value: f64,
     },
     /// A real part without an imaginary one, or the reverse.
     #[error("{given} is only half of a complex response: its {missing} part is missing among {columns}")]
     HalfComplex {
-        /// The column there is.
+        /// The column that is present.
         given: String,
         /// `real` or `imaginary`.
         missing: &'static str,
-        /// The columns there are.
+        /// The available columns.
         columns: String,
     },
     /// Shifts from an unknown centre.
@@ -213,7 +213,7 @@ pub enum ReadProblem {
         /// The column of shifts.
         column: String,
     },
-    /// Frequencies over one that nothing names.
+    /// Frequencies relative to a reference that is not given.
     #[error("{column} is a ratio of frequencies, and nothing says which frequency it refers to")]
     FrequencyRatio {
         /// The column of ratios.
@@ -224,13 +224,13 @@ pub enum ReadProblem {
     TimeRecord {
         /// The column of times.
         column: String,
-        /// What it should be.
+        /// What was expected.
         instead_of: &'static str,
     },
     /// A curve over frequency or amplitudes over drive levels instead of samples over time.
     #[error("{missing}, and {column} holds {holds}: this is {what}, not a record over time")]
     NotOverTime {
-        /// Which column is missing, in words.
+        /// Which column is missing, as text.
         missing: &'static str,
         /// The column of frequencies or drive levels.
         column: String,
@@ -238,7 +238,7 @@ pub enum ReadProblem {
         holds: &'static str,
         /// What the file is.
         what: &'static str,
-        /// What reads it.
+        /// The analysis that reads it.
         analysis: Analysis,
     },
     /// A frequency, a period or an amplitude below zero.
@@ -255,16 +255,16 @@ pub enum ReadProblem {
         /// Its unit.
         unit: String,
     },
-    /// No sweep: one frequency in all points.
+    /// No sweep: all points have the same frequency.
     #[error("{column} is {value} {unit} in all of {points} points: a curve needs several frequencies")]
     OneFrequency {
         /// The column.
         column: String,
-        /// Its one value.
+        /// Its constant value.
         value: f64,
         /// Its unit.
         unit: String,
-        /// Points.
+        /// Number of points.
         points: usize,
     },
     /// A curve over frequency instead of amplitudes over drive levels.
@@ -275,10 +275,10 @@ pub enum ReadProblem {
     OneLevel {
         /// The column of frequencies.
         column: String,
-        /// The least number of levels.
+        /// The minimum number of levels.
         needed: usize,
     },
-    /// No row with everything a point needs.
+    /// No row contains all values needed for a point.
     #[error("no row has a number in {columns}{skipped}")]
     NoPoints {
         /// The columns read.
@@ -286,36 +286,36 @@ pub enum ReadProblem {
         /// Rows left out, by reason; empty if none.
         skipped: String,
     },
-    /// No array of three dimensions, or several and none was named.
+    /// No array of three dimensions, or several of which none was selected.
     #[error("no stack of traces: {reason}")]
     NoStack {
-        /// What there is instead.
+        /// What was found instead.
         reason: String,
     },
     /// A folder without files.
     #[error("the folder holds no files")]
     NoFiles,
-    /// Files or a folder that hold no driven record at all.
+    /// None of the files, or of the files in a folder, is a driven record.
     #[error("none of {files} files could be read as a driven record; the first: {first}")]
     NoDrivenRecords {
-        /// How many were tried.
+        /// Number of files tried.
         files: usize,
-        /// Why the first one could not.
+        /// Why the first one could not be read.
         first: String,
     },
-    /// The record, the curve or the levels could not be made of what was read.
+    /// The record, the curve or the levels could not be built from what was read.
     #[error("{0}")]
     Data(slipfit::Error),
 }
 
 impl Format {
-    /// A file that breaks the rules of this format.
+    /// Problem for a file that violates the rules of this format.
     pub(crate) fn broken(self, reason: impl fmt::Display) -> ReadProblem {
         ReadProblem::Broken { format: self, reason: reason.to_string() }
     }
 }
 
-/// A column that cannot be done without.
+/// A column that is required.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Needed {
@@ -343,28 +343,28 @@ impl Needed {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum OptionProblem {
-    /// No column is named so.
+    /// No column has this name.
     #[error("no such column; there are {0}")]
     NoSuchColumn(String),
-    /// Several columns have it in their names.
+    /// The names of several columns contain it.
     #[error("could be {0}")]
     SeveralColumns(String),
-    /// No table, or several, of that name or number.
+    /// No table, or several, with this name or number.
     #[error("no such table, or several; there are {0}")]
     NoSuchTable(String),
-    /// More tables side by side or runs than there are.
+    /// A table or run number greater than the number of tables side by side or of runs.
     #[error("the file has {0}")]
     OnlySo(usize),
-    /// A unit that is not known for this column; those that are.
+    /// A unit that is not known for this column; holds the known units.
     #[error("not a known unit")]
     UnknownUnit(&'static str),
-    /// Not together with another option.
+    /// An option that cannot be combined with another one.
     #[error("cannot be combined with {0}")]
     Excludes(&'static str),
 }
 
 impl ReadProblem {
-    /// The line of the file or row of the table it is about, from 1.
+    /// The line of the file or row of the table concerned, from 1.
     #[must_use]
     pub fn row(&self) -> Option<u64> {
         match self {
@@ -376,7 +376,7 @@ impl ReadProblem {
         }
     }
 
-    /// The message, with the option it is about as `spell` writes it.
+    /// The message, with the option it concerns as written by `spell`.
     #[must_use]
     pub fn spelled(&self, spell: Spelling<'_>) -> String {
         match self {

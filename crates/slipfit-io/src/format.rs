@@ -1,4 +1,4 @@
-//! Which kind of file this is, from its first bytes.
+//! Detection of the file format from the first bytes.
 
 use std::str::FromStr;
 
@@ -62,15 +62,15 @@ pub enum Format {
     Flac,
     /// MP3 sound.
     Mp3,
-    /// MPEG-4 (.m4a, .mp4, .3gp), its sound.
+    /// MPEG-4 (.m4a, .mp4, .3gp), its sound track.
     Mp4,
-    /// Ogg (.ogg), its sound.
+    /// Ogg (.ogg), its sound track.
     Ogg,
-    /// AAC sound in frames of its own (.aac).
+    /// AAC sound without a container (.aac).
     Aac,
     /// Feather of the first version.
     FeatherV1,
-    /// JSON, also one object a line.
+    /// JSON, also with one object per line.
     Json,
     /// XML, as Logger Pro writes it (.cmbl).
     Xml,
@@ -102,11 +102,11 @@ pub enum Format {
     Axon,
     /// European Data Format (.edf, .bdf).
     Edf,
-    /// NetCDF of the classic form.
+    /// NetCDF in the classic format.
     NetCdf,
     /// FITS.
     Fits,
-    /// Data of R (.rds, .RData).
+    /// R data (.rds, .RData).
     R,
     /// Origin project (.opj, .opju).
     Origin,
@@ -114,14 +114,14 @@ pub enum Format {
     DuckDb,
 }
 
-/// Bytes that tell a format.
+/// Number of bytes from which the format is detected.
 pub(crate) const HEAD: usize = 1024;
 
-/// A format, its name in a sentence, the words that name it alone, the ending of its files among
-/// them, and bytes at offsets that mark it.
+/// A format, its name in a sentence, the words that select it, including the extension of its files, and the bytes at
+/// given offsets that identify it.
 type Known = (Format, &'static str, &'static str, &'static [(usize, &'static [u8])]);
 
-/// Each format with its marks.
+/// All formats with their identifying bytes.
 const KNOWN: &[Known] = &[
     (Format::Text, "delimited text", "text csv txt tsv dat lvm", &[]),
     (Format::Wav, "a WAV sound file", "wav", &[(0, b"RIFF"), (0, b"RF64")]),
@@ -219,14 +219,14 @@ const KNOWN: &[Known] = &[
 ];
 
 impl Format {
-    /// The format of a file that begins with these bytes, as far as they tell it.
+    /// The format of a file that begins with these bytes, if they identify it.
     pub(crate) fn by_magic(head: &[u8]) -> Option<Self> {
         let begins =
             |(at, magic): &(usize, &[u8])| head.get(*at..).is_some_and(|rest| rest.starts_with(magic));
         KNOWN.iter().find(|(.., magic)| magic.iter().any(begins)).map(|(format, ..)| *format)
     }
 
-    /// How to get numbers out of a file that is not read.
+    /// How to export numbers from a file that is not read.
     pub(crate) fn export(self) -> &'static str {
         match self {
             Self::Tdms => {
@@ -286,7 +286,7 @@ impl Format {
         }
     }
 
-    /// Formats of other programs that no bytes at one place mark.
+    /// Formats of other programs that have no identifying bytes at a fixed offset.
     pub(crate) fn by_structure(head: &[u8]) -> Option<Self> {
         let text = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head).trim_ascii_start();
         let begins = |with: &str| {
@@ -311,7 +311,7 @@ impl Format {
         }
     }
 
-    /// Whether a text begins as universal files do: `-1` alone, then the number of a data set.
+    /// Whether a text begins like a universal file: `-1` alone, then the number of a data set.
     pub(crate) fn is_universal(head: &[u8]) -> bool {
         let mut lines = head.split(|b| *b == b'\n').map(|l| l.strip_suffix(b"\r").unwrap_or(l));
         let mark = lines.find(|l| !l.trim_ascii().is_empty());
@@ -328,8 +328,8 @@ impl Format {
     }
 }
 
-/// Whether a text is an object of JSON or a list of objects, lists or numbers; one list of numbers above others may be a
-/// row of a table.
+/// Whether a text is a JSON object or a list of objects, lists or numbers; a list of numbers with more text below it
+/// may be a row of a table.
 fn is_json(text: &[u8]) -> bool {
     let inner = |text: &[u8], of: u8| {
         let inner = text.strip_prefix(&[of])?.trim_ascii_start();
@@ -352,19 +352,19 @@ fn is_json(text: &[u8]) -> bool {
     }
 }
 
-/// Whether a file begins with one of these letters and holds bytes that no text has.
+/// Whether a file begins with one of these marks and contains bytes that do not occur in text.
 fn is_binary(head: &[u8], marks: &[&[u8]]) -> bool {
     marks.iter().any(|mark| head.starts_with(mark)) && head.iter().take(64).any(|byte| *byte == 0)
 }
 
-/// Whether a file begins as the European Data Format does: its version in eight characters, then whom and when.
+/// Whether a file begins like the European Data Format: version in eight characters, then patient, recording and date.
 fn is_edf(head: &[u8]) -> bool {
     let at = |i: usize| head.get(i).copied();
     head.starts_with(b"0       ")
         && [(170, b'.'), (173, b'.'), (178, b'.'), (181, b'.')].iter().all(|(i, b)| at(*i) == Some(*b))
 }
 
-/// Whether a file begins as a wave of Igor Pro does: a version, and words of 16 bits that add up to zero.
+/// Whether a file begins like a wave of Igor Pro: a version, and 16-bit words whose sum is zero.
 fn is_igor(head: &[u8]) -> bool {
     let sums_to_zero = |length: usize, word: fn([u8; 2]) -> u16| {
         let words = |head: &[u8]| {
@@ -381,7 +381,7 @@ fn is_igor(head: &[u8]) -> bool {
     }
 }
 
-/// By one of the words that name it, such as the ending of its files.
+/// Parses one of the words that name a format, such as the extension of its files.
 ///
 /// ```
 /// use slipfit_io::Format;

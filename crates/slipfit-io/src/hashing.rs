@@ -1,13 +1,13 @@
-//! The fingerprint of a file, taken while it is read.
+//! Fingerprint of a file, computed while the file is read.
 
 use std::{fmt::Write as _, io};
 
 use sha2::{Digest, Sha256};
 
-/// Told how many bytes have been read so far.
+/// Receives the number of bytes read so far.
 pub(crate) type Watch<'a> = &'a mut dyn FnMut(u64);
 
-/// The hash of what has been read, or that of everything, taken before.
+/// The hash of what has been read so far, or the known hash of everything.
 enum Hash {
     Taken(Sha256),
     Known(String),
@@ -19,7 +19,7 @@ pub(crate) struct Hashing<'a, R> {
     watch: Option<Watch<'a>>,
     hash: Hash,
     bytes: u64,
-    /// What a growing file gets after its end was met is not read any more.
+    /// Whether the end was reached: data appended to a growing file afterwards are not read.
     ended: bool,
 }
 
@@ -28,7 +28,7 @@ impl<'a, R: io::Read> Hashing<'a, R> {
         Self { inner, watch, hash: Hash::Taken(Sha256::new()), bytes: 0, ended: false }
     }
 
-    /// Of bytes that have been hashed already: `sha256` in hexadecimal.
+    /// For bytes that have already been hashed: `sha256` in hexadecimal.
     pub(crate) fn known(self, sha256: Option<String>) -> Self {
         Self { hash: sha256.map_or(self.hash, Hash::Known), ..self }
     }

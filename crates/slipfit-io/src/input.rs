@@ -1,11 +1,11 @@
-//! Where the bytes of a file come from.
+//! Source of the bytes of a file.
 
 use std::{
     fs::File,
     io::{self, Cursor, Read, Seek, SeekFrom},
 };
 
-/// A file that can be read from anywhere in it.
+/// A file with random access.
 #[derive(Debug)]
 pub(crate) enum Input {
     File(File),

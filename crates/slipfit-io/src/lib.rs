@@ -1,10 +1,8 @@
-//! Files in, records out.
+//! Readers for measured files.
 //!
-//! Measured oscillations come in the dialect of whatever logger, lock-in,
-//! phone or spreadsheet wrote them. [`read`] finds out how a file is written,
-//! which of its columns are time and signal and in which units, and returns a
-//! [`slipfit::Record`] with a [`ReadReport`] that accounts for every choice
-//! and every row.
+//! Loggers, lock-ins, phones and spreadsheets write measured oscillations in many dialects. [`read`] detects the
+//! dialect of a file, its columns of time and signal and their units, and returns a [`slipfit::Record`] with a
+//! [`ReadReport`] that accounts for every choice and every row.
 //!
 //! ```
 //! use slipfit_io::{ReadOptions, read_from};
@@ -54,22 +52,21 @@ pub use stack::Stack;
 pub use tables::guard::panic_becomes_error;
 pub use tables::table::{Column, Table, Tables};
 
-/// Reads a record from a file of any format known; `-` is standard input.
+/// Reads a record from a file of any known format; `-` is standard input.
 ///
-/// A pipe or a device is read once, from front to back; formats that are read from several places
-/// are held then, as by [`read_from`].
+/// A pipe or a device is read once, from start to end; formats that need random access are then held in memory, as by
+/// [`read_from`].
 ///
 /// # Errors
-/// [`ReadError`], naming the file and what would help.
+/// [`ReadError`], with the name of the file and hints.
 pub fn read(path: impl AsRef<Path>, options: &ReadOptions) -> Result<Reading, ReadError> {
     let (origin, name) = Origin::file(path.as_ref())?;
     read::record::read(origin, &name, options, None)
 }
 
-/// As [`read`], telling `watch` now and then how many bytes of the file have been read.
+/// As [`read`]; `watch` is called from time to time with the number of bytes of the file read so far.
 ///
-/// Text is decoded as it is read; other formats are decoded once all of their bytes have
-/// passed.
+/// Text is decoded while it is read; other formats are decoded after all of their bytes have been read.
 ///
 /// # Errors
 /// As [`read`].
@@ -92,11 +89,10 @@ pub fn read_watched(
     read::record::read(origin, &name, options, Some(watch))
 }
 
-/// As [`read`], from a stream; `name` stands for it in the report and in errors.
+/// As [`read`], from a stream; `name` identifies it in the report and in errors.
 ///
-/// Text, packed by gzip or not, is read once, from front to back, and never held as a whole: what
-/// is kept are the samples and a window of some megabytes. Other formats are held, because they
-/// are read from several places.
+/// Text, gzip-compressed or not, is read once, from start to end, and never held as a whole: only the samples and a
+/// window of some megabytes are kept. Other formats are held in memory, because they need random access.
 ///
 /// # Errors
 /// As [`read`].
@@ -104,11 +100,11 @@ pub fn read_from(reader: impl Read, name: &str, options: &ReadOptions) -> Result
     read::record::read(Origin::Stream(Box::new(reader)), name, options, None)
 }
 
-/// All tables of a file of any format known, with every column of their first
-/// `most_rows` rows, before anything is chosen from them.
+/// All tables of a file of any known format, with every column of their first `most_rows` rows, before any columns are
+/// selected.
 ///
 /// # Errors
-/// [`ReadError`], naming the file and what would help.
+/// [`ReadError`], with the name of the file and hints.
 ///
 /// ```
 /// let file = std::env::temp_dir().join(format!("sweep-{}.csv", std::process::id()));
@@ -125,7 +121,7 @@ pub fn read_tables(path: impl AsRef<Path>, most_rows: usize) -> Result<Tables, R
     read::open::tables(origin, &name, most_rows)
 }
 
-/// As [`read_tables`], from a stream; `name` stands for it.
+/// As [`read_tables`], from a stream; `name` identifies it.
 ///
 /// # Errors
 /// As [`read_tables`].
@@ -133,13 +129,13 @@ pub fn read_tables_from(reader: impl Read, name: &str, most_rows: usize) -> Resu
     read::open::tables(Origin::Stream(Box::new(reader)), name, most_rows)
 }
 
-/// What a file holds and what it would be read as: its tables, of each the first `most_rows` rows,
-/// the record as `record` says and, where `curve` is given, the curve over frequency.
+/// Content of a file and how it would be read: the first `most_rows` rows of its tables, the record with the options
+/// `record` and, if `curve` is given, the curve over frequency.
 ///
-/// Nothing is analysed. Of a workbook the first thousands of cells of each sheet are read.
+/// Nothing is analysed. Only the first thousands of cells of each sheet of a workbook are read.
 ///
 /// # Errors
-/// [`ReadError`] where the file holds no table.
+/// [`ReadError`] if the file contains no table.
 ///
 /// ```
 /// # let file = std::env::temp_dir().join(format!("glance-{}.csv", std::process::id()));
@@ -161,7 +157,7 @@ pub fn glance(
     read::glance::glance(origin, &name, most_rows, record, curve)
 }
 
-/// As [`glance`], from a stream; `name` stands for it.
+/// As [`glance`], from a stream; `name` identifies it.
 ///
 /// # Errors
 /// As [`glance`].
@@ -183,7 +179,7 @@ pub fn glance_from(
     read::glance::glance(Origin::Stream(Box::new(reader)), name, most_rows, record, curve)
 }
 
-/// The files of a folder, hidden ones and folders left out, in the order of their names.
+/// The files of a folder in the order of their names, without hidden files and without folders.
 ///
 /// # Errors
 /// The folder cannot be read.
@@ -202,17 +198,16 @@ pub fn files_in(folder: impl AsRef<Path>) -> std::io::Result<Vec<PathBuf>> {
     read::driven::files(folder.as_ref())
 }
 
-/// Reads a resonance curve: from one file that holds it, or from several files
-/// or a folder of driven records, one for each frequency.
+/// Reads a resonance curve: from one file that contains it, or from several files or a folder of driven records, one
+/// per frequency.
 ///
 /// # Errors
-/// [`ReadError`], naming the file and what would help.
+/// [`ReadError`], with the name of the file and hints.
 pub fn read_sweep(paths: &[PathBuf], options: &ReadOptions) -> Result<SweepReading, ReadError> {
     read::curve::read_paths(paths, options)
 }
 
-/// Reads a resonance curve from a stream; `name` stands for it in the report
-/// and in errors.
+/// Reads a resonance curve from a stream; `name` identifies it in the report and in errors.
 ///
 /// # Errors
 /// As [`read_sweep`].
@@ -234,8 +229,8 @@ pub fn read_sweep_from(
     read::curve::read(Origin::Stream(Box::new(reader)), name, options)
 }
 
-/// What turns numbers in the unit `from` into numbers in the unit `to`; `None` where they are not known to be units
-/// of one quantity (length, angle, time, frequency, voltage, current, conductance, resistance, force, mass, pressure,
+/// Factor from numbers in the unit `from` to numbers in the unit `to`; `None` if they are not known to be units of the
+/// same quantity (length, angle, time, frequency, voltage, current, conductance, resistance, force, mass, pressure,
 /// power, and products of the usual ones).
 ///
 /// ```
@@ -250,8 +245,8 @@ pub fn unit_factor(from: &str, to: &str) -> Option<f64> {
     columns::units::ratio(from.trim(), to.trim())
 }
 
-/// The unit in the name of a column, as readers take it from a header; `None` where the name has none that is known:
-/// a word in brackets may be anything else.
+/// The unit in the name of a column, as extracted from headers; `None` if the name contains no known unit: a word in
+/// brackets may be anything else.
 ///
 /// ```
 /// use slipfit_io::unit_of_name;
@@ -266,7 +261,7 @@ pub fn unit_of_name(name: &str) -> Option<String> {
     Some(columns::name::Name::parse(name).unit).filter(|unit| columns::units::is_known(unit))
 }
 
-/// Bytes of a file as text: UTF-8, else Windows-1252, as headers are read.
+/// Decodes bytes of a file as headers are decoded: UTF-8, else Windows-1252.
 ///
 /// ```
 /// assert_eq!(slipfit_io::text_of(b"Gr\xf6\xdfe (\xb5m)"), "Größe (µm)");
@@ -276,20 +271,19 @@ pub fn text_of(bytes: &[u8]) -> std::borrow::Cow<'_, str> {
     tables::text::decoded(bytes)
 }
 
-/// Reads drive levels and the amplitudes they gave.
+/// Reads drive levels and the resulting amplitudes.
 ///
-/// A table with a column of frequencies besides holds a curve for each level;
-/// of each the height of its peak is taken ([`slipfit::levels::peak_height`]), where the points
-/// do not tell it the largest amplitude.
+/// A table that also has a column of frequencies holds one curve per level; the height of its peak is used
+/// ([`slipfit::levels::peak_height`]), or the largest amplitude if the points do not determine it.
 ///
 /// # Errors
-/// [`ReadError`], naming the file and what would help.
+/// [`ReadError`], with the name of the file and hints.
 pub fn read_levels(path: impl AsRef<Path>, options: &ReadOptions) -> Result<LevelReading, ReadError> {
     let (origin, name) = Origin::file(path.as_ref())?;
     read::levels::read(origin, &name, options)
 }
 
-/// As [`read_levels`], from a stream; `name` stands for it.
+/// As [`read_levels`], from a stream; `name` identifies it.
 ///
 /// # Errors
 /// As [`read_levels`].

@@ -1,4 +1,4 @@
-//! What was read, how, and what was left out.
+//! Reports on what was read, how it was read, and what was left out.
 
 use std::fmt;
 
@@ -12,19 +12,19 @@ use slipfit::{
 
 use crate::Format;
 
-/// A record and the account of how it was read.
+/// A record and the report on how it was read.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Reading {
-    /// The samples. Its clock report counts what became of the stamps.
+    /// The samples. The clock report of the record describes the treatment of the time stamps.
     pub record: Record,
-    /// The account.
+    /// The report.
     pub report: ReadReport,
 }
 
 impl Reading {
-    /// The frequency of the oscillation, Hz, where amplitudes alone were recorded and the lines
-    /// above the table name it `frequency_hz`.
+    /// The frequency of the oscillation, Hz, if only amplitudes were recorded and the lines above the table give it as
+    /// `frequency_hz`.
     pub fn named_frequency_hz(&self) -> Option<f64> {
         if !matches!(self.record.kind(), SignalKind::Envelope | SignalKind::LockIn) {
             return None;
@@ -33,23 +33,23 @@ impl Reading {
     }
 }
 
-/// A resonance curve and the account of how it was read.
+/// A resonance curve and the report on how it was read.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct SweepReading {
     /// The points, in the order of measurement.
     pub curve: Curve,
-    /// The account.
+    /// The report.
     pub report: ReadReport,
 }
 
-/// Amplitudes over drive levels and the account of how they were read.
+/// Amplitudes over drive levels and the report on how they were read.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct LevelReading {
     /// The points, in the order of measurement.
     pub levels: Levels,
-    /// The account.
+    /// The report.
     pub report: ReadReport,
 }
 
@@ -59,51 +59,51 @@ pub struct LevelReading {
 pub struct ReadReport {
     /// The file or the folder, as named by the caller.
     pub path: String,
-    /// Its format; of several files that of the first.
+    /// Its format; that of the first file if there are several.
     pub format: Format,
-    /// SHA-256 of its bytes, in hexadecimal; of several files that of their fingerprints in a row.
+    /// SHA-256 of its bytes, in hexadecimal; for several files, that of their concatenated fingerprints.
     pub sha256: String,
-    /// Its length in bytes; of several files that of the first.
+    /// Its length in bytes; that of the first file if there are several.
     pub bytes: u64,
-    /// The sheet, variable, group or track read; empty where the file has one table only.
+    /// The sheet, variable, group or track read; empty if the file has only one table.
     pub sheet: String,
-    /// How the text is written; `None` of other formats.
+    /// How the text is written; `None` for other formats.
     pub dialect: Option<Dialect>,
-    /// All columns of the table, taken or not.
+    /// All columns of the table, read or not.
     pub columns: Vec<ColumnInfo>,
     /// Rows of the table read as samples or points. The record or curve may hold fewer.
     pub rows_read: u64,
-    /// Rows of the table that gave none, by reason, in order of appearance.
+    /// Rows of the table that gave no sample or point, by reason, in order of appearance.
     pub skipped: Vec<Skipped>,
-    /// The columns read, with what they are: `signal`, `quadrature`, `frequency`, `amplitude`, …
+    /// The columns read, with their roles: `signal`, `quadrature`, `frequency`, `amplitude`, …
     pub taken: Vec<(&'static str, ColumnTaken)>,
-    /// Where the times of a record come from; `None` of a curve or of levels.
+    /// Source of the times of a record; `None` for a curve or levels.
     pub time: Option<TimeSource>,
-    /// What the signal was taken to be; a response before it was made a displacement.
+    /// Kind assumed for the signal; for a response, before its conversion to a displacement.
     pub kind: SignalKind,
-    /// Whether the name of a column says that this is a curve, or levels, not its numbers alone.
+    /// Whether the name of a column, and not only its numbers, identifies the data as a curve or as levels.
     pub named: bool,
-    /// Tables side by side in the file.
+    /// Number of tables side by side in the file.
     pub parts: usize,
     /// The one read, from 1.
     pub part: usize,
-    /// Runs or curves in groups of columns, or runs one after the other.
+    /// Number of runs or curves in groups of columns, or of runs that follow each other.
     pub runs: usize,
     /// The one read, from 1.
     pub run: usize,
-    /// Values named beside the table, such as a sampling rate, as written.
+    /// Values named outside the table, such as a sampling rate, as written.
     pub named_values: Vec<(String, String)>,
-    /// The driven records the points of a curve come from; empty where the file held the curve.
+    /// The driven records from which the points of a curve were obtained; empty if the file contained the curve.
     pub records: Vec<DrivenRecord>,
-    /// Files that could not be read as driven records; `notes` says why.
+    /// Number of files that could not be read as driven records; `notes` gives the reasons.
     pub files_left_out: usize,
-    /// Whatever else a reader of the result should know.
+    /// Further information for the user of the result.
     pub notes: Vec<Note>,
 }
 
 impl LevelReading {
-    /// The frequency of the drive, Hz, where the lines above the table name it `drive_frequency_hz`,
-    /// as simulated levels do.
+    /// The frequency of the drive, Hz, if the lines above the table give it as `drive_frequency_hz`, as for simulated
+    /// levels.
     #[must_use]
     pub fn named_frequency_hz(&self) -> Option<f64> {
         self.report.named_number("drive_frequency_hz")
@@ -111,7 +111,7 @@ impl LevelReading {
 }
 
 impl ReadReport {
-    /// The positive number of this name beside the table.
+    /// The positive number with this name given outside the table.
     fn named_number(&self, wanted: &str) -> Option<f64> {
         let (_, value) = self.named_values.iter().find(|(name, _)| name == wanted)?;
         value.parse().ok().filter(|v: &f64| v.is_finite() && *v > 0.0)
@@ -130,7 +130,7 @@ impl ReadReport {
     }
 }
 
-/// A file of driven motion and what came of it.
+/// A file of driven motion and its steady motion.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct DrivenRecord {
@@ -138,7 +138,7 @@ pub struct DrivenRecord {
     pub path: String,
     /// SHA-256 of its bytes, in hexadecimal.
     pub sha256: String,
-    /// Samples read.
+    /// Number of samples read.
     pub samples: usize,
     /// The steady motion.
     pub steady: SteadyMotion,
@@ -158,7 +158,7 @@ impl Note {
         Self { text: text.into(), hints: Vec::new() }
     }
 
-    /// The same with an option that would change what it says.
+    /// The same with an option that would change what the note describes.
     pub(crate) fn hint(
         mut self,
         option: &'static str,
@@ -168,7 +168,7 @@ impl Note {
         self
     }
 
-    /// The sentence with its options as `spell` writes them.
+    /// The sentence with its options as written by `spell`.
     #[must_use]
     pub fn spelled(&self, spell: Spelling<'_>) -> String {
         let semicolon = if self.hints.is_empty() { "" } else { "; " };
@@ -200,9 +200,9 @@ impl fmt::Display for Note {
 pub struct Skipped {
     /// The reason, such as `no value in column 4`.
     pub reason: String,
-    /// How many rows.
+    /// Number of rows.
     pub rows: u64,
-    /// Line of the file, from 1, where it first happened.
+    /// Line of the file, from 1, of the first such row.
     pub first_row: u64,
 }
 
@@ -210,21 +210,21 @@ pub struct Skipped {
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Dialect {
-    /// What stands between two cells.
+    /// Separator between cells.
     pub delimiter: Delimiter,
-    /// What stands before the fraction of a number.
+    /// Decimal mark.
     pub decimal: Decimal,
-    /// The program or instrument that wrote it, if that can be told.
+    /// The program or instrument that wrote it, if it is known.
     pub convention: Option<&'static str>,
     /// Name of the character encoding.
     pub encoding: &'static str,
     /// Line of the column names, from 1.
     pub header_row: Option<u64>,
-    /// First line of numbers, from 1. Everything above it is preamble.
+    /// First line of numbers, from 1. All lines above it are preamble.
     pub first_data_row: u64,
 }
 
-/// What stands between two cells of a row.
+/// Separator between the cells of a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Delimiter {
@@ -242,7 +242,7 @@ pub enum Delimiter {
     None,
 }
 
-/// What stands before the fraction of a number.
+/// Mark before the fraction of a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Decimal {
     /// `.`
@@ -257,9 +257,9 @@ pub enum Decimal {
 pub struct ColumnInfo {
     /// From 1.
     pub number: usize,
-    /// Its header as written; empty without one.
+    /// Its header as written; empty if there is none.
     pub header: String,
-    /// The unit in its header; empty without one.
+    /// The unit in its header; empty if there is none.
     pub unit: String,
 }
 
@@ -269,20 +269,19 @@ pub struct ColumnInfo {
 pub struct ColumnTaken {
     /// The column.
     pub column: ColumnInfo,
-    /// Unit its numbers were taken to have; empty if unknown.
+    /// Unit assumed for its numbers; empty if unknown.
     pub unit: String,
-    /// Why this column, in a sentence such as
-    /// ``column 4 `Weg &b_A1 / rad`: named like a position``.
+    /// Reason for choosing this column, in a sentence such as ``column 4 `Weg &b_A1 / rad`: named like a position``.
     pub why: String,
 }
 
-/// Where the times of the samples come from.
+/// Source of the times of the samples.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum TimeSource {
-    /// A column of times.
+    /// A time column.
     Column(ColumnTaken),
-    /// A column of the times since the sample before.
+    /// A column of time steps since the previous sample.
     Intervals(ColumnTaken),
     /// A sampling rate (Hz).
     Rate(f64),

@@ -1,4 +1,4 @@
-//! Arrays of three dimensions, a trace in each pixel, read a part at a time.
+//! Arrays of three dimensions with a trace in each pixel, read in parts.
 
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
@@ -10,9 +10,9 @@ use crate::format::Format;
 use crate::formats::npy;
 use crate::tables::binary::Stored;
 
-/// An open array of three dimensions; its numbers stay in the file until they are asked for.
+/// An open array of three dimensions; its numbers remain in the file until they are requested.
 ///
-/// NumPy's `.npy` in C order, data sets of HDF5 and arrays of zarr, which are folders, are known.
+/// Supported are NumPy's `.npy` in C order, data sets of HDF5, and arrays of zarr, which are folders.
 pub struct Stack {
     file: String,
     shape: [usize; 3],
@@ -33,11 +33,10 @@ enum Source {
 }
 
 impl Stack {
-    /// Opens an array; of an HDF5 file or a zarr store with several of three dimensions `name` says which, by its path.
+    /// Opens an array; `name` is its path in an HDF5 file or a zarr store with several three-dimensional arrays.
     ///
     /// # Errors
-    /// [`ReadError`] for a file that cannot be read, one of another format, one without such an array or
-    /// with several.
+    /// [`ReadError`] if the file cannot be read, has another format, or contains no such array or several.
     pub fn open(path: impl AsRef<Path>, name: Option<&str>) -> Result<Self, ReadError> {
         let path = path.as_ref();
         let file = path.display().to_string();
@@ -51,16 +50,17 @@ impl Stack {
         self.shape
     }
 
-    /// The unit that the file gives its numbers; empty if none.
+    /// The unit that the file states for its numbers; empty if none.
     pub fn unit(&self) -> &str {
         &self.unit
     }
 
-    /// The numbers within a range of indices along `axis`, 0 or 1, whole along the others, in C order.
+    /// The numbers within a range of indices along `axis`, 0 or 1, and over the full length of the other axes, in C
+    /// order.
     ///
     /// # Errors
-    /// [`ReadError`] for a range outside of the array, an axis that cannot be cut, a file that ends early or
-    /// breaks its format.
+    /// [`ReadError`] for a range outside the array, an axis along which it cannot be read in parts, or a file that ends
+    /// early or violates its format.
     pub fn part(&mut self, axis: usize, range: Range<usize>) -> Result<Vec<f64>, ReadError> {
         let shape = self.shape;
         let read = if axis > 1 || range.start > range.end || range.end > shape[axis] {
@@ -86,7 +86,7 @@ impl std::fmt::Debug for Stack {
     }
 }
 
-/// Bytes of a NumPy header, at most.
+/// Maximum number of bytes of a NumPy header.
 const HEADER: u64 = 1 << 16;
 
 fn opened(path: &Path, name: Option<&str>) -> Result<([usize; 3], String, Source), ReadProblem> {
@@ -131,7 +131,7 @@ fn npy_part(
     axis: usize,
     range: Range<usize>,
 ) -> Result<Vec<f64>, ReadProblem> {
-    // Whole planes lie together; rows lie together in each plane.
+    // Whole planes are contiguous; rows are contiguous within each plane.
     let (stretches, step, unit) =
         if axis == 0 { (1, 0, rows * columns) } else { (planes, rows * columns, columns) };
     let length = range.len() * unit;

@@ -15,12 +15,12 @@ use crate::{
     },
 };
 
-/// What the member `mimetype` of a LibreOffice spreadsheet says.
+/// Content of the member `mimetype` of a LibreOffice spreadsheet.
 const ODS: &[u8] = b"application/vnd.oasis.opendocument.spreadsheet";
-/// Members looked at.
+/// Maximum number of members examined.
 const MOST_MEMBERS: usize = 1000;
 
-/// Reads whichever of these an archive is; of each sheet of a workbook the first `most_cells`.
+/// Reads an archive of any of these kinds; only the first `most_cells` cells of each sheet of a workbook.
 #[cfg_attr(not(feature = "excel"), expect(unused_variables, reason = "only workbooks have sheets"))]
 pub(crate) fn tables(bytes: Vec<u8>, most_cells: usize) -> Result<(HeldTables, Format), ReadProblem> {
     let mut archive = Archive::new(Cursor::new(bytes)).map_err(|e| Format::Zip.broken(e))?;
@@ -65,7 +65,7 @@ pub(crate) fn tables(bytes: Vec<u8>, most_cells: usize) -> Result<(HeldTables, F
 
 fn member(archive: &mut Archive, name: &str) -> Result<Vec<u8>, ReadProblem> {
     let member = archive.by_name(name).map_err(|e| Format::Zip.broken(format!("{name}: {e}")))?;
-    // The size a member names is not believed beforehand.
+    // The size stated for a member is not trusted.
     unpack(member).map_err(|e| Format::Zip.broken(format!("{name}: {e}")))
 }
 
@@ -91,7 +91,7 @@ fn npz(archive: &mut Archive, names: &[String]) -> Result<HeldTables, ReadProble
     Ok(tables)
 }
 
-/// Texts packed together, as phyphox packs them: tables beside `meta/`.
+/// Texts packed together, as in phyphox exports: tables next to `meta/`.
 fn packed_texts(archive: &mut Archive, names: &[&String]) -> Result<HeldTables, ReadProblem> {
     let (meta, data): (Vec<&String>, Vec<&String>) =
         names.iter().copied().partition(|n| n.starts_with("meta/") || n.contains("/meta/"));
@@ -121,9 +121,8 @@ fn packed_texts(archive: &mut Archive, names: &[&String]) -> Result<HeldTables, 
     Ok(tables)
 }
 
-/// The clock of a phyphox experiment stands still while it is paused and the
-/// oscillator swings on: `meta/time.csv` says for how long. Times after a
-/// pause are moved on by it.
+/// The clock of a phyphox experiment stops during a pause, while the oscillator continues to swing; `meta/time.csv`
+/// gives the duration of the pause. Times after a pause are shifted by it.
 fn phyphox_pauses(tables: &mut HeldTables, text: &str) -> Option<String> {
     let mut pauses: Vec<(f64, f64)> = Vec::new();
     let mut paused: Option<(f64, f64)> = None;

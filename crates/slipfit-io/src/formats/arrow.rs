@@ -1,8 +1,7 @@
 //! Arrow IPC: files (also called Feather) and streams, message by message.
 //!
-//! A file is a stream between two magic words and a footer that lists its batches. The footer is
-//! what most programs read, and polars leaves the frame of the first message out; a file that has
-//! lost its footer is read as the stream that it is, as far as it goes.
+//! A file is a stream between two magic words and a footer that lists its batches. Most programs read the footer, and
+//! polars omits the frame of the first message; a file without its footer is read as a stream, as far as it is intact.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -25,13 +24,13 @@ use crate::{
 
 const MAGIC: &[u8] = b"ARROW1\0\0";
 const MAGIC_END: &[u8] = b"ARROW1";
-/// What a byte unpacks to at the most: LZ4 repeats 255 bytes by one of length, Zstandard 128 KiB
-/// by a block of four bytes.
+/// Maximum expansion factor: LZ4 encodes 255 repeated bytes by one byte of length, Zstandard 128 KiB by a block of four
+/// bytes.
 const MOST_EXPANSION: [(CompressionType, usize); 2] =
     [(CompressionType::LZ4_FRAME, 255), (CompressionType::ZSTD, 1 << 15)];
 
-/// Whether bytes begin as streams of before 2019 do: the length of the first message, without a
-/// mark before it, and the place of its root and of what describes that.
+/// Whether bytes begin like streams from before 2019: with the length of the first message, without a marker before it,
+/// and the offsets of its root and of the table that describes it.
 pub(crate) fn is_unmarked(head: &[u8]) -> bool {
     let word = |at: usize| Some(u32::from_le_bytes(head.get(at..at + 4)?.try_into().ok()?) as usize);
     let root = || {
@@ -49,7 +48,7 @@ pub(crate) fn is_unmarked(head: &[u8]) -> bool {
     root().unwrap_or(false)
 }
 
-/// A held file with its schema read.
+/// A file in memory whose schema has been read.
 pub(crate) struct Arrow {
     bytes: Buffer,
     schema: SchemaRef,
@@ -60,16 +59,16 @@ pub(crate) struct Arrow {
     messages: Vec<Framed>,
 }
 
-/// A message: its description and its body, and where the next one begins.
+/// A message: the byte ranges of its description and of its body, after which the next one begins.
 struct Framed {
     description: std::ops::Range<usize>,
     body: std::ops::Range<usize>,
 }
 
-/// The message at a place, `None` at the end of the stream or of the bytes.
+/// The message at an offset; `None` at the end of the stream or of the bytes.
 fn framed(bytes: &[u8], at: usize) -> Result<Option<Framed>, ReadProblem> {
     let word = |at: usize| Some(u32::from_le_bytes(bytes.get(at..at + 4)?.try_into().ok()?));
-    // Older writers leave the marker out.
+    // Older writers omit the marker.
     let (length, start) = match word(at) {
         Some(u32::MAX) => (word(at + 4), at + 8),
         other => (other, at + 4),
@@ -90,7 +89,7 @@ fn framed(bytes: &[u8], at: usize) -> Result<Option<Framed>, ReadProblem> {
     Ok(Some(Framed { description: start..end, body: end..body_end }))
 }
 
-/// The schema and the messages that the footer of a file lists; `None` where there is no footer.
+/// The schema and the messages listed in the footer of a file; `None` if there is no footer.
 fn by_footer(bytes: &[u8]) -> Option<(Schema, Vec<Framed>)> {
     let end = bytes.len().checked_sub(MAGIC_END.len() + 4)?;
     let length = u32::from_le_bytes(bytes[end..end + 4].try_into().ok()?) as usize;
@@ -103,7 +102,7 @@ fn by_footer(bytes: &[u8]) -> Option<(Schema, Vec<Framed>)> {
     for block in footer.recordBatches().into_iter().flatten() {
         let at = usize::try_from(block.offset()).ok()?;
         let message = framed(&bytes[..end - length], at).ok()??;
-        // A batch listed over and over would unpack to any size.
+        // A batch that is listed repeatedly could unpack to any size.
         if at < before {
             return None;
         }
@@ -113,7 +112,7 @@ fn by_footer(bytes: &[u8]) -> Option<(Schema, Vec<Framed>)> {
     Some((schema, messages))
 }
 
-/// The schema and the messages of a stream, as far as it goes.
+/// The schema and the messages of a stream, as far as it is intact.
 fn by_stream(bytes: &[u8]) -> Result<(Schema, Vec<Framed>), ReadProblem> {
     let at = if bytes.starts_with(MAGIC) { MAGIC.len() } else { 0 };
     let first = framed(bytes, at)?.ok_or_else(|| Format::Arrow.broken("it ends before its schema"))?;
@@ -180,7 +179,7 @@ fn time_unit(kind: &DataType) -> Option<&'static str> {
     })
 }
 
-/// The numbers of an array; NaN where there is none.
+/// The numbers of an array; NaN for missing values.
 fn numbers(array: &ArrayRef) -> Vec<f64> {
     macro_rules! read {
         ($type:ident, $as:expr) => {
@@ -226,8 +225,8 @@ fn numbers(array: &ArrayRef) -> Vec<f64> {
     found.unwrap_or_else(|| vec![f64::NAN; array.len()])
 }
 
-/// Refuses columns that lie outside of their batch, and packed ones that claim to unpack to more
-/// than their packing can hold or memory should: the claim is what memory is asked for.
+/// Rejects columns that lie outside their batch, and packed columns that claim to unpack to more than their compression
+/// or the memory budget allows: memory is allocated according to the claim.
 fn check_claims(batch: &arrow_ipc::RecordBatch<'_>, body: &[u8]) -> Result<(), ReadProblem> {
     let codec = batch.compression().map(|packing| packing.codec());
     let expansion =
@@ -240,7 +239,7 @@ fn check_claims(batch: &arrow_ipc::RecordBatch<'_>, body: &[u8]) -> Result<(), R
         if codec.is_some()
             && let Some(claim) = packed.first_chunk::<8>()
         {
-            // Below zero: not packed.
+            // A negative value marks a buffer that is not packed.
             claims = claims.saturating_add(usize::try_from(i64::from_le_bytes(*claim)).unwrap_or(0));
         }
     }

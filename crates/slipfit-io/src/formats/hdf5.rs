@@ -1,4 +1,4 @@
-//! HDF5 files, MATLAB 7.3 among them.
+//! HDF5 files, including MATLAB 7.3.
 
 use std::ops::Range;
 use std::path::Path;
@@ -18,18 +18,18 @@ use crate::{
     tables::table::HeldTables,
 };
 
-/// Groups in groups, at most; links can make circles.
+/// Maximum depth of nested groups; links can form cycles.
 const DEEPEST: usize = 12;
-/// Numbers of one field of one row, at most.
+/// Maximum number of values in one field of one row.
 const MOST_MEMBERS: u64 = 256;
-/// Data sets read, at most.
+/// Maximum number of data sets read.
 const MOST_SETS: usize = 2048;
-/// What a byte unpacks to at the most: deflate repeats 258 bytes by two bits.
+/// Maximum expansion factor: deflate encodes 258 repeated bytes by two bits.
 const MOST_EXPANSION: usize = 1032;
-/// The number under which h5py registered its filter LZF.
+/// The identifier under which h5py registered its filter LZF.
 const LZF: u16 = 32000;
 
-/// What a file of so many bytes may ask for, and how many bytes that is.
+/// Reading limits for a file of this size, and the maximum number of bytes they allow.
 fn limits(bytes: usize) -> (OpenOptions, usize) {
     let most = guard::budget(bytes, MOST_EXPANSION);
     let mut filters = FilterRegistry::new();
@@ -67,7 +67,7 @@ pub(crate) struct Cube {
     kind: Stored,
 }
 
-/// Shape, unit and numbers of the data set of three dimensions that `name` says, or of the only one.
+/// Shape, unit and numbers of the three-dimensional data set called `name`, or of the only one.
 pub(crate) fn cube(path: &Path, name: Option<&str>) -> Result<([usize; 3], String, Cube), ReadProblem> {
     let open = || {
         let bytes = std::fs::metadata(path).map_or(0, |m| usize::try_from(m.len()).unwrap_or(usize::MAX));
@@ -80,7 +80,7 @@ pub(crate) fn cube(path: &Path, name: Option<&str>) -> Result<([usize; 3], Strin
         all_sets(&file.root_group()?, "", &mut Vec::new(), &mut sets);
         let known = sets.iter().map(|(path, set)| Known { path: path.clone(), shape: set.shape().to_vec() });
         let known: Vec<Known> = known.collect();
-        // A leading slash may be left out.
+        // A leading slash may be omitted.
         let is_there =
             |name: &str| known.iter().any(|one| one.path.trim_matches('/') == name.trim_matches('/'));
         match named {
@@ -164,7 +164,7 @@ struct Found {
     named: NamedValues,
     notes: Vec<String>,
     seen: Vec<u64>,
-    /// Bytes that may still be asked for.
+    /// Bytes that may still be requested.
     left: usize,
 }
 
@@ -195,14 +195,14 @@ impl Found {
             }
         }
         for inner in groups {
-            // MATLAB keeps what cells refer to in groups of its own, PyTables its indices.
+            // MATLAB stores the targets of cell references in separate groups, PyTables its indices.
             if !inner.name().starts_with('#') && !inner.name().starts_with("_i_") {
                 self.group(&inner, &format!("{path}/{}", inner.name()), depth + 1);
             }
         }
     }
 
-    /// Counts of a converter become readings where the group says how, as oscilloscopes of Keysight do.
+    /// Converts counts of a converter to readings if the group states the scale, as Keysight oscilloscopes do.
     fn scale(&mut self, path: &str, set: &str, counts: &mut [f64]) {
         let of = |wanted: &str| {
             let found = self.named.iter().find(|(place, name, _)| place == path && name == wanted);
@@ -261,7 +261,7 @@ impl Found {
                 self.named.push((path.to_owned(), own, value.to_string()));
                 continue;
             }
-            // The fields of a compound are a table of their own.
+            // The fields of a compound form a separate table.
             let parent = if field.is_empty() || !complex.is_empty() {
                 path.to_owned()
             } else {
@@ -279,14 +279,14 @@ impl Found {
     }
 }
 
-/// Name and value of an attribute of one word or number.
+/// Name and value of an attribute that is a single word or number.
 fn value(attribute: &hdf5_reader::Attribute) -> Option<(String, String)> {
     let value = attribute.read_string().ok().or_else(|| attribute.read_as_f64().ok().map(|v| v.to_string()));
     Some((attribute.name.clone(), value.filter(|v| v.len() < 200)?))
 }
 
-/// LZF: runs of at most 32 bytes as they are, and copies of at most 264 bytes from the 8 kB before;
-/// `None` of bytes that break it.
+/// LZF: literal runs of at most 32 bytes, and copies of at most 264 bytes from the preceding 8 kB; `None` if the data
+/// are corrupt.
 fn unpacked_lzf(packed: &[u8]) -> Option<Vec<u8>> {
     let mut bytes = Vec::new();
     let mut rest = packed.iter();
@@ -304,7 +304,7 @@ fn unpacked_lzf(packed: &[u8]) -> Option<Vec<u8>> {
         }
         let back = ((control & 0x1f) << 8) + usize::from(*rest.next()?) + 1;
         let from = bytes.len().checked_sub(back)?;
-        // A copy may run into what it writes.
+        // A copy may overlap the bytes that it writes.
         for at in from..from + length + 2 {
             bytes.push(bytes[at]);
         }
@@ -312,7 +312,8 @@ fn unpacked_lzf(packed: &[u8]) -> Option<Vec<u8>> {
     Some(bytes)
 }
 
-/// The two parts of a complex number, which h5py and PyTables write as a compound of `r` and `i`; none of anything else.
+/// The two parts of a complex number, which h5py and PyTables write as a compound of `r` and `i`; empty for other
+/// types.
 fn complex_parts(kind: &Datatype, name: &str) -> Vec<(String, usize, Stored)> {
     let Datatype::Compound { fields, .. } = kind else { return Vec::new() };
     let names: Vec<&str> = fields.iter().map(|f| f.name.as_str()).collect();
@@ -326,7 +327,7 @@ fn complex_parts(kind: &Datatype, name: &str) -> Vec<(String, usize, Stored)> {
     if parts.len() == 2 { parts } else { Vec::new() }
 }
 
-/// The numbers of a field by name, place and form: one, or those of a short array; none of words.
+/// The numbers of a field, with name, offset and storage: one, or those of a short array; empty for text.
 fn members(name: &str, offset: usize, kind: &Datatype) -> Vec<(String, usize, Stored)> {
     let (base, count) = match kind {
         Datatype::Array { base, dims } => (&**base, dims.iter().fold(1, |n: u64, d| n.saturating_mul(*d))),
@@ -338,7 +339,7 @@ fn members(name: &str, offset: usize, kind: &Datatype) -> Vec<(String, usize, St
     (0..count).map(|i| (own(i), offset + i as usize * stored.bytes, stored)).collect()
 }
 
-/// How a number is stored, `None` of what is none.
+/// How a number is stored; `None` if the type is not a number.
 fn stored(kind: &Datatype) -> Option<Stored> {
     let (kind, size, order) = match kind {
         Datatype::FloatingPoint { size: size @ (2 | 4 | 8), byte_order } => (Kind::Float, size, byte_order),

@@ -1,4 +1,4 @@
-//! MATLAB level 5 files: arrays, structs and cells, packed or not.
+//! MATLAB level 5 files: arrays, structs and cells, compressed or not.
 
 use std::io::Read as _;
 
@@ -12,9 +12,9 @@ use crate::{
     tables::table::HeldTables,
 };
 
-/// Structs in structs in cells, at most.
+/// Maximum depth of nested structs and cells.
 const DEEPEST: usize = 16;
-/// Arrays kept at most: a struct array of thousands of elements is no record.
+/// Maximum number of arrays kept: a struct array of thousands of elements is not a record.
 const MOST_ARRAYS: usize = 4096;
 
 const MATRIX: u32 = 14;
@@ -27,7 +27,7 @@ struct Bytes<'a> {
     big: bool,
 }
 
-/// A piece of data and what it is.
+/// An element of data and its type.
 struct Element<'a> {
     kind: u32,
     data: Bytes<'a>,
@@ -45,12 +45,12 @@ impl<'a> Bytes<'a> {
         Some(if self.big { u32::from_be_bytes(bytes) } else { u32::from_le_bytes(bytes) })
     }
 
-    /// The next element; what is cut off at the end is given as far as it goes.
+    /// The next element; an element truncated at the end is returned as far as it goes.
     fn element(&mut self) -> Option<Element<'a>> {
         let big = self.big;
         let word = self.u32()?;
         if word >> 16 != 0 {
-            // Up to four bytes stand in the tag itself.
+            // Up to four bytes are stored in the tag itself.
             let data = self.take(4)?;
             let length = (word >> 16) as usize;
             return Some(Element { kind: word & 0xffff, data: Bytes { rest: data.get(..length)?, big } });
@@ -66,7 +66,7 @@ impl<'a> Bytes<'a> {
 }
 
 impl Element<'_> {
-    /// Numbers of any storage type; those cut off are missing at the end.
+    /// Numbers of any storage type; truncated ones are missing at the end.
     fn numbers(&self) -> Option<Vec<f64>> {
         let (kind, bytes) = match self.kind {
             1 => (Kind::Signed, 1),
@@ -108,13 +108,13 @@ impl Element<'_> {
     }
 }
 
-/// What has been found so far.
+/// Results so far.
 #[derive(Default)]
 struct Found {
     arrays: Vec<Array>,
     named: NamedValues,
     notes: Vec<String>,
-    /// Arrays left aside because there are too many.
+    /// Number of arrays omitted because there are too many.
     left: usize,
 }
 
@@ -165,7 +165,7 @@ pub(crate) fn tables(bytes: &[u8]) -> Result<HeldTables, ReadProblem> {
 }
 
 impl Found {
-    /// Reads a matrix; `given` names it where its place does.
+    /// Reads a matrix; `given` is its name if its place determines it.
     fn matrix(
         &mut self,
         mut bytes: Bytes<'_>,
@@ -202,7 +202,7 @@ impl Found {
                     }
                     false => return None,
                 };
-                // Without fields any number of structures fits into no bytes.
+                // Without fields, any number of structures takes no bytes.
                 let count = if names.is_empty() { 0 } else { count };
                 for i in 1..=count {
                     let place = if count == 1 { path.clone() } else { format!("{path}({i})") };
@@ -226,7 +226,7 @@ impl Found {
                     return Some(());
                 }
                 if values.len() < count && !values.is_empty() {
-                    // Cut off: as far as a column goes, where it is one.
+                    // Truncated: the values present are kept if the array is a single column.
                     if dims.iter().filter(|d| **d != 1).count() != 1 {
                         return None;
                     }
@@ -251,8 +251,8 @@ impl Found {
         Some(())
     }
 
-    /// Simulink's structures with time keep each signal in a structure of its own: `time`,
-    /// `signals(k).values` and its `label`. They belong beside their times.
+    /// Simulink's structures with time store each signal in a separate structure: `time`, `signals(k).values` and its
+    /// `label`. They are joined with their times.
     fn join_signals(&mut self) {
         let is_time = |a: &&Array| a.name == "time" && a.columns.len() == 1;
         let timed: Vec<(String, usize)> =

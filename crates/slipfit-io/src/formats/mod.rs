@@ -1,4 +1,4 @@
-//! File formats, one file each: from bytes to tables of named columns.
+//! File formats, one module each: from bytes to tables of named columns.
 
 pub(crate) mod archive;
 #[cfg(feature = "arrow")]

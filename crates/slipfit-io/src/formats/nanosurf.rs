@@ -8,7 +8,7 @@ use crate::{
     tables::table::HeldTables,
 };
 
-/// Points along a line, at most.
+/// Maximum number of points along a line.
 const MOST_POINTS: usize = 1 << 28;
 
 /// The header: sections with their keys.
@@ -33,7 +33,7 @@ impl<'a> Header<'a> {
     }
 }
 
-/// One table for each line of each channel group.
+/// One table per line of each channel group.
 pub(crate) fn tables(bytes: &[u8]) -> Result<HeldTables, ReadProblem> {
     let end = memchr::memmem::find(bytes, b"#!")
         .ok_or_else(|| Format::NanoSurf.broken("no samples follow its header (#!)"))?;
@@ -41,7 +41,7 @@ pub(crate) fn tables(bytes: &[u8]) -> Result<HeldTables, ReadProblem> {
     let header = Header { text: &text };
     let mut samples = &bytes[end + 2..];
     let mut tables = HeldTables::default();
-    // Groups and channels are numbered; the samples stand in their order.
+    // Groups and channels are numbered; the samples follow in this order.
     let mut channels: Vec<(u32, u32, &str)> = header
         .section("DataSet")
         .filter_map(|(key, name)| {

@@ -1,4 +1,4 @@
-//! NumPy arrays: plain, of several columns, or with named fields.
+//! NumPy arrays: plain, with several columns, or with named fields.
 
 use crate::{
     error::ReadProblem,
@@ -8,7 +8,7 @@ use crate::{
     tables::table::HeldTables,
 };
 
-/// Brackets in brackets of a header, at most.
+/// Maximum depth of nested brackets in a header.
 const DEEPEST: usize = 8;
 
 /// The tables of one `.npy` file.
@@ -22,14 +22,14 @@ pub(crate) fn tables(bytes: &[u8]) -> Result<HeldTables, ReadProblem> {
     Ok(tables)
 }
 
-/// What an array holds.
+/// Content of an array.
 #[derive(Default)]
 pub(crate) struct Contents {
     /// Its columns.
     pub(crate) arrays: Vec<Array>,
-    /// Its number where it is a single one, such as a rate.
+    /// Its number if it is a scalar, such as a rate.
     pub(crate) named: NamedValues,
-    /// What is odd about it.
+    /// Note on an irregularity.
     pub(crate) note: Option<String>,
 }
 
@@ -44,7 +44,7 @@ pub(crate) fn contents(bytes: &[u8], parent: &str, name: &str) -> Result<Content
     let (count, mut dims, mut found) = (count.min(there), header.shape.clone(), Contents::default());
     if header.shape.iter().product::<usize>() > there {
         found.note = Some(format!("the array ends early: {there} of the elements its header names"));
-        // Only the slowest index can be short.
+        // Only the slowest index can be incomplete.
         let slowest = if header.first_fastest { dims.last_mut() } else { dims.first_mut() };
         if let Some(slowest) = slowest {
             let others = (header.shape.iter().product::<usize>() / (*slowest).max(1)).max(1);
@@ -68,7 +68,7 @@ pub(crate) fn contents(bytes: &[u8], parent: &str, name: &str) -> Result<Content
     Ok(found)
 }
 
-/// Shape, numbers and their place of an array of three dimensions, from the first bytes of its file.
+/// Shape, storage of the numbers and their offset, for a three-dimensional array, from the first bytes of its file.
 pub(crate) fn cube(head: &[u8]) -> Result<([usize; 3], Stored, u64), ReadProblem> {
     let header = Header::read(head)?;
     let refused = |reason: String| ReadProblem::NoStack { reason };
@@ -86,13 +86,13 @@ pub(crate) fn cube(head: &[u8]) -> Result<([usize; 3], Stored, u64), ReadProblem
     }
 }
 
-/// How the bytes of a number of this type code, such as `<f4`, become one.
+/// How a number with this type code, such as `<f4`, is stored.
 #[cfg(feature = "zarr")]
 pub(crate) fn stored(code: &str) -> Option<Stored> {
     Field::new("", code)?.stored()
 }
 
-/// What stands before the numbers.
+/// Header and data of an array.
 struct Header<'a> {
     fields: Vec<Field>,
     shape: Vec<usize>,
@@ -100,10 +100,10 @@ struct Header<'a> {
     data: &'a [u8],
 }
 
-/// A number in each element.
+/// A number in each element of an array.
 struct Field {
     name: String,
-    /// `<f8` and the like; empty where it is an array of its own.
+    /// `<f8` and the like; empty if the field is itself an array.
     code: String,
     bytes: usize,
 }
@@ -118,7 +118,7 @@ impl Field {
         Some(Self { name: name.to_owned(), code: code.to_owned(), bytes })
     }
 
-    /// How its bytes become a number.
+    /// How its number is stored.
     fn stored(&self) -> Option<Stored> {
         let code = self.code.split('[').next()?;
         let order = code.chars().next()?;
@@ -134,7 +134,8 @@ impl Field {
         matches!(order, '<' | '>' | '=' | '|').then(|| Stored::new(kind, bytes, order == '>'))?
     }
 
-    /// Its numbers by name and place: one, two of a complex one, none of text. Without a name it has that of the array.
+    /// Its numbers with name, offset and storage: one, two for a complex number, none for text. If unnamed, it has the
+    /// array's name.
     fn numbers(&self, array: &str) -> Vec<(String, usize, Stored)> {
         let name = if self.name.is_empty() { array } else { &self.name };
         if let Some(stored) = self.stored() {
@@ -150,14 +151,14 @@ impl Field {
         arrays::parts(name).into_iter().zip([0, half]).filter_map(part).collect()
     }
 
-    /// The unit in the code of a time, such as `<m8[ns]`.
+    /// The unit in the type code of a time, such as `<m8[ns]`.
     fn time_unit(&self) -> Option<&str> {
         let (kind, rest) = self.code.split_once('[')?;
         kind.ends_with(['m', 'M', '8']).then(|| rest.trim_end_matches(']'))
     }
 }
 
-/// A literal of Python, as the header uses them.
+/// A Python literal of the kinds used in headers.
 #[derive(Debug, PartialEq)]
 enum Literal {
     Text(String),
@@ -218,7 +219,7 @@ impl<'a> Header<'a> {
         Ok(Self { fields, shape, first_fastest, data: &bytes[end..] })
     }
 
-    /// `('name', '<f8')`, or `('name', '<f8', (3,))` of which the size is kept and the numbers are not.
+    /// `('name', '<f8')`, or `('name', '<f8', (3,))`, of which only the size is kept and not the numbers.
     fn field(literal: &Literal) -> Option<Field> {
         let Literal::List(parts) = literal else { return None };
         match &parts[..] {

@@ -11,13 +11,13 @@ use crate::{
     tables::unpack::Archive,
 };
 
-/// The last row and column LibreOffice has.
+/// Maximum number of rows and columns in LibreOffice.
 const MOST_ROWS: u32 = 1 << 20;
 const MOST_COLUMNS: u32 = 1 << 14;
-/// Cells that repetitions may add: equal rows and cells are written once, with their number.
+/// Maximum number of cells added by repetitions: equal rows and cells are written once, with their number.
 const MOST_REPEATED: usize = 1 << 22;
 
-/// Reads every sheet, cell by cell, of each its first `most_cells`.
+/// Reads every sheet, cell by cell, up to `most_cells` cells each.
 pub(crate) fn tables(archive: &mut Archive, most_cells: usize) -> Result<HeldTables, ReadProblem> {
     let mut reader = Reader { left: most_cells, most_cells, ..Reader::default() };
     events_while(archive, "content.xml", Format::Ods, |event| {
@@ -27,21 +27,21 @@ pub(crate) fn tables(archive: &mut Archive, most_cells: usize) -> Result<HeldTab
     sheet::tables(&reader.sheets).map_err(|e| Format::Ods.broken(e))
 }
 
-/// A spreadsheet on its way.
+/// State of the reader of a spreadsheet.
 #[derive(Default)]
 struct Reader {
     sheets: Vec<Sheet>,
     row: u32,
     column: u32,
-    /// How often the row and the cell at hand stand there.
+    /// Number of repetitions of the current row and cell.
     rows: u32,
     cells: u32,
-    /// The cells of the row at hand, with their columns.
+    /// The cells of the current row, with their columns.
     line: Vec<(u32, Cell)>,
     kind: String,
     value: String,
     words: String,
-    /// Whether a text of the cell, or a note beside it, is being read.
+    /// Whether a text of the cell, or an annotation, is being read.
     within: bool,
     aside: bool,
     repeated: usize,
@@ -124,7 +124,7 @@ impl Reader {
         Ok(())
     }
 
-    /// Puts the row at hand into its sheet, all of it or nothing.
+    /// Writes the current row into its sheet, completely or not at all.
     fn set(&mut self, row: u32) {
         let Some(sheet) = self.sheets.last_mut() else { return };
         if self.left == 0 {
@@ -143,21 +143,21 @@ impl Reader {
         Ok(())
     }
 
-    /// The cell at hand; `None` of an empty one.
+    /// The current cell; `None` if it is empty.
     fn cell(&self) -> Option<Cell> {
         match self.kind.as_str() {
             "float" | "percentage" | "currency" => {
                 self.value.trim().parse().ok().filter(|v: &f64| v.is_finite()).map(Cell::Number)
             }
             "time" => duration(&self.value).map(Cell::Number),
-            // Read as a date where the sheet is read as text.
+            // Read as a date when the sheet is read as text.
             "date" => Some(Cell::Text(self.value.clone())),
             _ => (!self.words.trim().is_empty()).then(|| Cell::Text(self.words.clone())),
         }
     }
 }
 
-/// Seconds of `PT01H02M03.5S`.
+/// Seconds in `PT01H02M03.5S`.
 fn duration(text: &str) -> Option<f64> {
     let mut rest = text.trim().strip_prefix("PT")?;
     let mut seconds = 0.0;

@@ -13,7 +13,7 @@ use crate::{
     tables::unpack::{Archive, BUDGET},
 };
 
-/// Every event of a part, handed to `each` until it answers `false`; nothing where the part is missing.
+/// Passes every event of a part to `each` until it returns `false`; does nothing if the part is missing.
 pub(super) fn events_while(
     archive: &mut Archive,
     part: &str,
@@ -44,7 +44,7 @@ pub(super) fn attribute(tag: &BytesStart<'_>, name: &str) -> Option<String> {
     Some(unescaped(&found.value))
 }
 
-/// Text with the five marks that XML spells out.
+/// Text with the five XML entities replaced.
 fn unescaped(text: &str) -> String {
     if !text.contains('&') {
         return text.to_owned();
@@ -53,7 +53,7 @@ fn unescaped(text: &str) -> String {
     plain.replace("&apos;", "'").replace("&amp;", "&")
 }
 
-/// The character that a reference within text stands for.
+/// The character that a reference in a text represents.
 pub(super) fn character(reference: &BytesRef<'_>) -> Option<char> {
     match &**reference {
         "lt" => Some('<'),

@@ -19,7 +19,7 @@ use crate::{
     tables::table::{BATCH, Batch, Sink, TableSource},
 };
 
-/// What the crate makes of the file: it panics on some broken ones.
+/// Runs a decoder of the `parquet` crate, which panics on some corrupt files.
 fn decoded<T>(decode: impl FnOnce() -> Result<T, ParquetError>) -> Result<T, ReadProblem> {
     guard::guarded(Format::Parquet, decode, |e| Format::Parquet.broken(e))
 }
@@ -32,8 +32,8 @@ pub(crate) struct Parquet {
     columns: Vec<usize>,
 }
 
-/// A file that ends with an error: the crate skips what a broken header claims, two thousand
-/// million lists, one by one, as long as reading nothing is no error.
+/// A file whose end is an error: the crate skips what a corrupt header claims, two thousand million lists, one by one,
+/// as long as reading nothing is not an error.
 struct Chunks<R>(R);
 
 impl<R: Length> Length for Chunks<R> {
@@ -89,7 +89,7 @@ impl Parquet {
             }
         }
         for pair in reader.metadata().file_metadata().key_value_metadata().into_iter().flatten() {
-            // Schemas of other programs are kept here too; they are no values.
+            // Schemas of other programs are also stored here; they are not values.
             if let Some(value) = pair.value.as_ref().filter(|v| v.len() < 200) {
                 head.named_values.push((pair.key.clone(), value.clone()));
             }
@@ -101,8 +101,7 @@ impl Parquet {
     }
 }
 
-/// Refuses columns that lie outside of the file: the crate takes their places
-/// for granted.
+/// Rejects columns that lie outside the file: the crate does not check their offsets.
 fn check_places(metadata: &parquet::file::metadata::ParquetMetaData, size: u64) -> Result<(), ReadProblem> {
     for column in metadata.row_groups().iter().flat_map(|group| group.columns()) {
         let start = column.dictionary_page_offset().unwrap_or_else(|| column.data_page_offset());
@@ -117,8 +116,7 @@ fn check_places(metadata: &parquet::file::metadata::ParquetMetaData, size: u64) 
     Ok(())
 }
 
-/// The unit of a time stamp, where the column says that it is one; older writers say it by the
-/// converted type alone.
+/// The unit of a time stamp, if the column is declared as one; older writers declare it by the converted type alone.
 fn time_unit(column: &ColumnDescriptor) -> Option<&'static str> {
     if column.physical_type() == Type::INT96 {
         return Some("ns");
@@ -137,21 +135,21 @@ fn time_unit(column: &ColumnDescriptor) -> Option<&'static str> {
     })
 }
 
-/// What the stored words of a column stand for.
+/// Meaning of the stored words of a column.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Meaning {
-    /// The numbers they are.
+    /// The numbers as they are.
     Plain,
-    /// Integers without a sign.
+    /// Unsigned integers.
     Unsigned,
     /// Sixteen-bit floats.
     Half,
-    /// Integers over a power of ten.
+    /// Integers divided by a power of ten.
     Decimal(f64),
 }
 
 impl Meaning {
-    /// `None` of a column that holds no numbers.
+    /// `None` if the column holds no numbers.
     fn of(column: &ColumnDescriptor) -> Option<Self> {
         let physical = column.physical_type();
         let fixed = physical == Type::FIXED_LEN_BYTE_ARRAY;
@@ -191,7 +189,7 @@ impl Meaning {
         }
     }
 
-    /// Sixteen-bit floats begin with the low byte, decimals with the high one.
+    /// Sixteen-bit floats begin with the low byte, decimals with the high byte.
     fn of_bytes(self, bytes: &[u8]) -> f64 {
         match self {
             Self::Decimal(unit) => {
@@ -206,7 +204,7 @@ impl Meaning {
     }
 }
 
-/// A column on its way, with the buffer its numbers come in.
+/// A column being read, with the buffer for its numbers.
 struct Running {
     reader: ColumnReader,
     meaning: Meaning,
@@ -277,7 +275,7 @@ impl TableSource for Parquet {
                 for column in &mut running {
                     decoded(|| column.fill(BATCH))?;
                 }
-                // Columns of one group are equally long, but in a broken file.
+                // Columns of one group have equal lengths, except in a corrupt file.
                 let rows = running.iter().map(|c| c.values.len()).min().unwrap_or(0);
                 let batch: Vec<&[f64]> = running.iter().map(|c| &c.values[..rows]).collect();
                 if rows > 0 && !sink(Batch::of(&batch)) {

@@ -1,4 +1,4 @@
-//! Sound as phones and recorders pack it: AAC, ALAC, MP3, Vorbis and FLAC, decoded packet by packet.
+//! Compressed sound of phones and recorders: AAC, ALAC, MP3, Vorbis and FLAC, decoded packet by packet.
 
 use std::io::Cursor;
 use std::sync::Arc;
@@ -21,21 +21,21 @@ use crate::{
     tables::table::{Batch, Sink, TableSource},
 };
 
-/// Numbers that a byte unpacks to at the most: FLAC writes 4096 equal samples as ten bytes.
+/// Maximum number of samples per packed byte: FLAC writes 4096 equal samples as ten bytes.
 const MOST_EXPANSION: usize = 1024;
-/// Numbers that any file may unpack to.
+/// Number of samples that any file may unpack to.
 const SMALL: usize = 1 << 22;
-/// Codecs that give back every sample as it was.
+/// Codecs that reproduce every sample exactly.
 const LOSSLESS: [&str; 2] = ["flac", "alac"];
 
-/// A packed sound that is held: one column a channel, in parts of full scale.
+/// A compressed sound in memory: one column per channel, relative to full scale.
 pub(crate) struct PackedSound {
     bytes: Arc<[u8]>,
     format: Format,
     head: Head,
 }
 
-/// A sound on its way.
+/// A sound being decoded.
 struct Running {
     reader: Box<dyn FormatReader>,
     decoder: Box<dyn AudioDecoder>,
@@ -43,7 +43,7 @@ struct Running {
     format: Format,
 }
 
-/// Some samples, one after the other, a channel beside the other; none of a packet that is broken.
+/// Successive samples with interleaved channels; empty if the packet is corrupt.
 struct Piece {
     samples: Vec<f64>,
     channels: usize,
@@ -70,7 +70,7 @@ impl Running {
         Ok(Self { reader, decoder, track, format })
     }
 
-    /// The samples of the next packet; `None` at the end, or where the file ends early.
+    /// The samples of the next packet; `None` at the end, or if the file ends early.
     fn next(&mut self) -> Result<Option<Piece>, ReadProblem> {
         let format = self.format;
         let decode = || loop {
@@ -89,7 +89,7 @@ impl Running {
                     Ok(Some(Piece { samples, channels, rate_hz, lost: 0 }))
                 }
                 Err(Error::DecodeError(_)) => {
-                    // One packet of any of these codecs holds no more.
+                    // A packet of any of these codecs contains no more.
                     let lost = usize::try_from(packet.dur.get()).unwrap_or(0).min(1 << 16);
                     Ok(Some(Piece { samples: Vec::new(), channels: 0, rate_hz: 0, lost }))
                 }
@@ -153,7 +153,7 @@ impl TableSource for PackedSound {
             left = rest;
             for (column, &channel) in columns.iter_mut().zip(wanted) {
                 column.clear();
-                // A packet that is broken keeps its place in time.
+                // A corrupt packet keeps its place in time.
                 column.resize(piece.lost, f64::NAN);
                 column.extend(piece.samples.iter().skip(channel).step_by(channels));
             }

@@ -24,7 +24,7 @@ enum Form {
 }
 
 impl Options {
-    /// Of a line such as `# GHz S MA R 50`. `None` if it is any other remark.
+    /// Options in a line such as `# GHz S MA R 50`; `None` for any other remark.
     fn parse(line: &str) -> Option<Self> {
         let words: Vec<String> =
             line.trim().strip_prefix('#')?.split_whitespace().map(str::to_ascii_uppercase).collect();
@@ -45,7 +45,7 @@ impl Options {
             "S" | "Y" | "Z" | "H" | "G" => w.chars().next(),
             _ => None,
         });
-        // A remark above a table has none of these words; the norm's defaults fill what is left out.
+        // A remark above a table has none of these words; missing ones take the defaults of the standard.
         let known = [unit.is_some(), form.is_some(), parameter.is_some()].iter().filter(|k| **k).count();
         (known >= 2).then_some(Self {
             unit: unit.unwrap_or("GHz"),
@@ -55,7 +55,7 @@ impl Options {
     }
 }
 
-/// Whether a text begins as these files do: remarks with `!`, then the options.
+/// Whether a text begins like these files: remarks with `!`, then the options.
 pub(crate) fn fits(head: &[u8]) -> bool {
     String::from_utf8_lossy(head)
         .lines()
@@ -64,7 +64,7 @@ pub(crate) fn fits(head: &[u8]) -> bool {
         .is_some_and(|l| Options::parse(l).is_some())
 }
 
-/// Reads the network data; noise data behind them are left out and counted.
+/// Reads the network data; noise data after them are left out and counted.
 pub(crate) fn tables(bytes: &[u8]) -> Result<HeldTables, ReadProblem> {
     let text = String::from_utf8_lossy(bytes);
     let (mut options, mut rows, mut skipped) = (None, Vec::<Vec<f64>>::new(), Vec::<Skipped>::new());
@@ -87,7 +87,7 @@ pub(crate) fn tables(bytes: &[u8]) -> Result<HeldTables, ReadProblem> {
             line.split_whitespace().map(|w| w.parse().ok().filter(|v: &f64| v.is_finite())).collect();
         match (numbers, rows.first()) {
             (None, _) => skip("not all cells are numbers", i),
-            // Noise data start again at a lower frequency, with five numbers a row.
+            // Noise data restart at a lower frequency, with five numbers per row.
             (Some(numbers), Some(first)) => {
                 noise |= numbers.len() == 5 && first.len() == 9;
                 if noise {
@@ -105,7 +105,7 @@ pub(crate) fn tables(bytes: &[u8]) -> Result<HeldTables, ReadProblem> {
         options.ok_or_else(|| Format::Touchstone.broken("it has no line of options (# Hz S MA R 50)"))?;
     let ports: &[&str] = match rows.first().map(Vec::len) {
         Some(3) => &["11"],
-        // Two ports alone are written column by column.
+        // Only two-port data are written column by column.
         Some(9) => &["11", "21", "12", "22"],
         Some(n) => {
             return Err(

@@ -6,12 +6,12 @@ use crate::{
     columns::head::Head, error::ReadProblem, format::Format, report::Note, tables::table::HeldTables,
 };
 
-/// Properties in properties, at most.
+/// Maximum depth of nested properties.
 const DEEPEST: usize = 64;
-/// Frames of a video, at most.
+/// Maximum number of frames of a video.
 const MOST_FRAMES: usize = 1 << 24;
 
-/// A property: its name, the class of its object, its text and those within it.
+/// A property: its name, the class of its object, its text and its inner properties.
 #[derive(Debug, Default)]
 struct Property {
     name: String,
@@ -29,12 +29,12 @@ impl Property {
         self.named(name)?.text.trim().parse().ok().filter(|v: &f64| v.is_finite())
     }
 
-    /// The first property of a name, however deep.
+    /// The first property of a name, at any depth.
     fn anywhere(&self, name: &str) -> Option<&Self> {
         self.inner.iter().find_map(|p| if p.name == name { Some(p) } else { p.anywhere(name) })
     }
 
-    /// All objects of a class, however deep.
+    /// All objects of a class, at any depth.
     fn of_class<'a>(&'a self, class: &str, found: &mut Vec<&'a Self>) {
         for p in &self.inner {
             if p.class.ends_with(class) {
@@ -45,7 +45,7 @@ impl Property {
     }
 }
 
-/// How pixels of the video become lengths, and frames instants.
+/// Conversion of pixels of the video to lengths, and of frames to times.
 struct Scale {
     origin: [f64; 2],
     pixels: [f64; 2],
@@ -70,7 +70,7 @@ impl Scale {
         }
     }
 
-    /// From the video, whose y points down, to the drawn axes.
+    /// From video coordinates, whose y axis points down, to the drawn axes.
     fn world(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let (dx, dy) = (x - self.origin[0], self.origin[1] - y);
         let (sin, cos) = self.angle.sin_cos();
@@ -78,13 +78,13 @@ impl Scale {
     }
 }
 
-/// Whether a text begins as a project does.
+/// Whether a text begins like a project.
 pub(crate) fn fits(head: &[u8]) -> bool {
     let text = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head).trim_ascii_start();
     text.starts_with(b"<?xml") && memchr::memmem::find(head, b"cabrillo.tracker").is_some()
 }
 
-/// One table for each point mass of the project.
+/// One table per point mass of the project.
 pub(crate) fn tables(bytes: &[u8]) -> Result<HeldTables, ReadProblem> {
     let text = String::from_utf8_lossy(bytes);
     let root = parse(&text)?;
@@ -99,7 +99,7 @@ pub(crate) fn tables(bytes: &[u8]) -> Result<HeldTables, ReadProblem> {
             .inner
             .iter()
             .filter_map(|f| {
-                // The place in the list is the frame; older projects write it as n.
+                // The index in the list is the frame; older projects write it as n.
                 let index = f.name.trim_matches(['[', ']']).parse().ok();
                 let frame = index.or_else(|| f.number("n").map(|n| n.max(0.0) as usize))?;
                 Some((frame, [f.number("x")?, f.number("y")?]))
@@ -140,7 +140,7 @@ fn parse(text: &str) -> Result<Property, ReadProblem> {
     loop {
         let event = match reader.read_event() {
             Ok(event) => event,
-            // A project cut off is read as far as it goes.
+            // A truncated project is read as far as it goes.
             Err(_) => Event::Eof,
         };
         match event {

@@ -12,12 +12,12 @@ use crate::{
     tables::table::{BATCH, Batch, Sink, TableSource},
 };
 
-/// A sound: one column a channel, in parts of full scale.
+/// A sound: one column per channel, relative to full scale.
 pub(crate) struct Sound {
     input: Input,
     head: Head,
     spec: Spec,
-    /// Where the samples begin, and their bytes.
+    /// Offset of the samples, and their length in bytes.
     start: u64,
     length: u64,
 }
@@ -76,11 +76,11 @@ impl Spec {
         Ok(spec)
     }
 
-    /// The values of one channel, which begins at a place in each block.
+    /// The values of one channel, which begins at offset `at` in each block.
     fn values(self, blocks: &[u8], block: usize, at: usize, into: &mut Vec<f64>) {
         let blocks = blocks.chunks_exact(block);
         match (self.float, self.bytes) {
-            // Nearly every sound: worth a loop without choices.
+            // Nearly all sounds have this form, which justifies a loop without branches.
             (false, 2) => {
                 into.extend(blocks.map(|b| f64::from(i16::from_le_bytes([b[at], b[at + 1]])) / 32768.0));
             }
@@ -88,13 +88,13 @@ impl Spec {
         }
     }
 
-    /// One sample in parts of full scale. Samples stand at the upper end of
-    /// their container, so that its size alone gives the scale.
+    /// One sample relative to full scale. Samples are aligned to the upper end of their container, so that its size
+    /// alone determines the scale.
     fn value(self, bytes: &[u8]) -> f64 {
         let stored = |kind| Stored { kind, bytes: self.bytes, big_endian: false }.read(bytes);
         match (self.float, self.bytes) {
             (true, _) => stored(Kind::Float),
-            // Eight bits are unsigned about 128.
+            // Eight-bit samples are unsigned with an offset of 128.
             (false, 1) => (stored(Kind::Unsigned) - 128.0) / 128.0,
             (false, bytes) => stored(Kind::Signed) / 2f64.powi(8 * bytes as i32 - 1),
         }
@@ -121,7 +121,7 @@ impl Sound {
                 b"data" => {
                     let spec: Spec = spec.ok_or_else(|| Format::Wav.broken("samples before their format"))?;
                     if length == u64::from(u32::MAX) {
-                        // RF64 keeps the size apart; recorders that never came to an end, nowhere.
+                        // RF64 stores the size separately; recorders that were interrupted store it nowhere.
                         length = wide.unwrap_or(size - at.min(size));
                     }
                     let head = Head::of_channels(spec.channels, f64::from(spec.rate_hz));
@@ -130,7 +130,7 @@ impl Sound {
                     return Ok(sound);
                 }
                 b"fmt " | b"ds64" => {
-                    // Known chunks are short; a length field may say anything.
+                    // Known chunks are short; a length field may have any value.
                     let mut chunk = vec![0; length.min(64) as usize];
                     let n = read_up_to(&mut input, &mut chunk)?;
                     if id == b"ds64" {
@@ -149,12 +149,12 @@ impl Sound {
         }
     }
 
-    /// Notes what the header promises and the file does not hold.
+    /// Notes data that the header promises and the file does not contain.
     fn account(&mut self, size: u64) {
         let there = size.saturating_sub(self.start);
         let notes = &mut self.head.notes;
         if self.length > there {
-            // A recorder that lost power leaves a header that promises too much.
+            // A recorder that lost power leaves a header with too large a size.
             notes.push(
                 format!(
                     "the sound ends early: {there} bytes of samples where its header names {}",
@@ -276,7 +276,7 @@ mod tests {
             let reading = read(&bytes, &ReadOptions::default()).unwrap();
             assert_eq!((reading.record.len(), reading.report.bytes), (400, bytes.len() as u64));
             assert_eq!(reading.report.time, Some(TimeSource::Rate(8000.0)));
-            // Two steps of the converter: one is cut off, one is the missing end of the scale.
+            // Two steps of the converter: one by truncation, one because the upper end of the scale is missing.
             let tolerance = match (coding, bytes_each) {
                 (3, 8) => 0.0,
                 (3, _) => 1e-7,

@@ -32,7 +32,7 @@ pub(crate) fn tables(bytes: Vec<u8>) -> Result<HeldTables, ReadProblem> {
     })?;
     let stream = file.open_stream(name).map_err(|e| Format::Xls.broken(e))?;
     let mut book = Vec::new();
-    // The stream's own length is not believed: it cannot be longer than the file.
+    // The length stated by the stream is not trusted: it cannot exceed that of the file.
     stream.take(size).read_to_end(&mut book).map_err(|e| Format::Xls.broken(e))?;
     let records = Records { rest: &book };
     let mut bounds: Vec<(usize, String)> = Vec::new();
@@ -57,7 +57,7 @@ pub(crate) fn tables(bytes: Vec<u8>) -> Result<HeldTables, ReadProblem> {
     sheet::tables(&sheets).map_err(|e| Format::Xls.broken(e))
 }
 
-/// The records of a stream, one after the other.
+/// The successive records of a stream.
 struct Records<'a> {
     rest: &'a [u8],
 }
@@ -86,7 +86,7 @@ fn f64_at(bytes: &[u8], at: usize) -> Option<f64> {
     Some(f64::from_le_bytes(bytes.get(at..at + 8)?.try_into().ok()?))
 }
 
-/// Where a sheet begins, and its name; charts and macros are none.
+/// Offset and name of a sheet; `None` for charts and macros.
 fn bound(data: &[u8]) -> Option<(usize, String)> {
     let at = u32_at(data, 0)? as usize;
     let (kind, length) = (*data.get(5)?, usize::from(*data.get(6)?));
@@ -95,7 +95,7 @@ fn bound(data: &[u8]) -> Option<(usize, String)> {
     (kind == 0).then_some((at, name))
 }
 
-/// Text of so many characters, of one byte (Latin-1) or two.
+/// Text of `count` characters, of one byte (Latin-1) or two.
 fn characters(bytes: &[u8], count: usize, wide: bool) -> String {
     if wide {
         let words = bytes.chunks_exact(2).take(count).map(|c| u16::from_le_bytes([c[0], c[1]]));
@@ -111,7 +111,7 @@ fn sheet(bytes: &[u8], name: &str, strings: &[String]) -> Sheet {
     let mut depth = 0;
     for (kind, data) in (Records { rest: bytes }) {
         match kind {
-            // A chart within the sheet has records of its own.
+            // A chart in a sheet has its own records.
             BOF => depth += 1,
             EOF if depth <= 1 => break,
             EOF => depth -= 1,
@@ -155,7 +155,7 @@ fn cells(sheet: &mut Sheet, kind: u16, data: &[u8], strings: &[String]) -> Optio
     Some(())
 }
 
-/// Numbers in four bytes: the upper part of a float or an integer, perhaps in hundredths.
+/// A number in four bytes: the upper part of a float or an integer, possibly in hundredths.
 fn rk(word: u32) -> f64 {
     let value =
         if word & 2 == 0 { f64::from_bits(u64::from(word & !3) << 32) } else { f64::from(word as i32 >> 2) };
@@ -173,7 +173,7 @@ impl Strings<'_> {
     fn all(mut self) -> Vec<String> {
         let count = u32_at(self.parts[0], 4).unwrap_or(0) as usize;
         self.at = 8;
-        // Each string takes three bytes at least: the count alone is not believed.
+        // Each string takes at least three bytes: the count alone is not trusted.
         let bytes: usize = self.parts.iter().map(|p| p.len()).sum();
         (0..count.min(bytes / 3)).map_while(|_| self.string()).collect()
     }
@@ -200,7 +200,7 @@ impl Strings<'_> {
         let mut words = Vec::new();
         for _ in 0..count {
             if self.at >= self.parts.get(self.part)?.len() {
-                // What continues a string says anew how wide its characters are.
+                // The continuation of a string states the width of its characters again.
                 (self.part, self.at) = (self.part + 1, 0);
                 wide = self.byte()? & 1 == 1;
             }

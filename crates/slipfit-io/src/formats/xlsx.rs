@@ -1,4 +1,4 @@
-//! Excel workbooks (.xlsx): sheets in XML, in an archive.
+//! Excel workbooks (.xlsx): sheets as XML in an archive.
 
 use std::collections::HashMap;
 
@@ -14,14 +14,14 @@ use crate::{
     tables::unpack::Archive,
 };
 
-/// The last row and column Excel has.
+/// Maximum number of rows and columns in Excel.
 const MOST_ROWS: u32 = 1 << 20;
 const MOST_COLUMNS: u32 = 1 << 14;
-/// The days from the one that Excel counts from to 1970, and those from 1904 on, of its first version for Macintosh.
+/// Days from Excel's origin to 1970, and from the 1904 origin of its first Macintosh version.
 const BEFORE_1970: f64 = 25_569.0;
 const FROM_1904: f64 = 24_107.0;
 
-/// Reads every sheet, cell by cell, of each its first `most_cells`.
+/// Reads every sheet, cell by cell, up to `most_cells` cells each.
 pub(crate) fn tables(archive: &mut Archive, most_cells: usize) -> Result<HeldTables, ReadProblem> {
     let strings = strings(archive)?;
     let dates = date_styles(archive)?;
@@ -29,7 +29,7 @@ pub(crate) fn tables(archive: &mut Archive, most_cells: usize) -> Result<HeldTab
     let mut sheets = Vec::new();
     for (name, part) in parts(archive)? {
         let mut sheet = Sheet::new(&name);
-        // Charts have parts of their own; one that is missing is an empty sheet.
+        // Charts have separate parts; a missing part is an empty sheet.
         if archive.index_for_name(&part).is_some() {
             cells(
                 archive,
@@ -43,7 +43,7 @@ pub(crate) fn tables(archive: &mut Archive, most_cells: usize) -> Result<HeldTab
     sheet::tables(&sheets).map_err(|e| Format::Xlsx.broken(e))
 }
 
-/// Every event of a part, handed to `each`; nothing where the part is missing.
+/// Passes every event of a part to `each`; does nothing if the part is missing.
 fn events(
     archive: &mut Archive,
     part: &str,
@@ -77,7 +77,7 @@ fn parts(archive: &mut Archive) -> Result<Vec<(String, String)>, ReadProblem> {
     Ok(sheets)
 }
 
-/// The days from the one that dates are counted from to 1970.
+/// Days from the origin of dates to 1970.
 fn before_1970(archive: &mut Archive) -> Result<f64, ReadProblem> {
     let mut before = BEFORE_1970;
     events(archive, "xl/workbook.xml", |event| {
@@ -92,7 +92,7 @@ fn before_1970(archive: &mut Archive) -> Result<f64, ReadProblem> {
     Ok(before)
 }
 
-/// Texts that cells name by number.
+/// Texts that cells refer to by number.
 fn strings(archive: &mut Archive) -> Result<Vec<String>, ReadProblem> {
     let (mut strings, mut current, mut within, mut aside) = (Vec::new(), String::new(), false, false);
     events(archive, "xl/sharedStrings.xml", |event| {
@@ -100,7 +100,7 @@ fn strings(archive: &mut Archive) -> Result<Vec<String>, ReadProblem> {
             Event::Start(tag) => match tag.local_name().as_ref() {
                 "si" => current.clear(),
                 "t" => within = true,
-                // How a text is pronounced is no part of it.
+                // The phonetic form of a text is not part of it.
                 "rPh" => aside = true,
                 _ => {}
             },
@@ -148,8 +148,8 @@ fn date_styles(archive: &mut Archive) -> Result<Vec<bool>, ReadProblem> {
     Ok(dates)
 }
 
-/// Whether a format such as `hh:mm:ss.000` shows a time: letters of one outside
-/// of quotes, colours and conditions.
+/// Whether a format such as `hh:mm:ss.000` shows a time, i.e. contains letters of one outside quotes, colours and
+/// conditions.
 fn shows_time(code: &str) -> bool {
     let (mut quoted, mut bracket, mut found) = (false, String::new(), false);
     let (mut bracketed, mut escaped) = (false, false);
@@ -175,7 +175,7 @@ fn shows_time(code: &str) -> bool {
     found
 }
 
-/// Row and column of a name such as `AB12`, from 0.
+/// Row and column of a cell reference such as `AB12`, from 0.
 fn place(name: &str) -> Option<(u32, u32)> {
     let digits = name.find(|c: char| c.is_ascii_digit())?;
     let (letters, digits) = name.split_at(digits);
@@ -192,7 +192,7 @@ fn place(name: &str) -> Option<(u32, u32)> {
     (row < MOST_ROWS && column < MOST_COLUMNS).then_some((row, column))
 }
 
-/// A cell on its way.
+/// A cell being read.
 #[derive(Default)]
 struct Open {
     kind: String,
@@ -201,7 +201,7 @@ struct Open {
     within: bool,
 }
 
-/// What the cells of any sheet refer to, and how many of one are read.
+/// What the cells of all sheets refer to, and the maximum number of cells read per sheet.
 struct SheetContext<'a> {
     strings: &'a [String],
     dates: &'a [bool],
@@ -209,14 +209,14 @@ struct SheetContext<'a> {
     most_cells: usize,
 }
 
-/// The cells of one sheet, of the last row all or none.
+/// Reads the cells of one sheet; the last row is read completely or not at all.
 fn cells(
     archive: &mut Archive,
     part: &str,
     context: &SheetContext<'_>,
     sheet: &mut Sheet,
 ) -> Result<(), ReadProblem> {
-    // Rows and cells without a name follow the ones before them.
+    // Rows and cells without a reference follow the preceding ones.
     let (mut row, mut column) = (0_u32, 0_u32);
     let mut open = Open::default();
     let mut left = context.most_cells;

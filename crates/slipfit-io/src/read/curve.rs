@@ -15,7 +15,7 @@ use crate::{
     tables::table::{Held, TableSource},
 };
 
-/// Reads a curve from one file that holds it, or from several files or a folder of driven records.
+/// Reads a curve from one file that contains it, or from several files or a folder of driven records.
 pub(crate) fn read_paths(paths: &[PathBuf], options: &ReadOptions) -> Result<SweepReading, ReadError> {
     match paths {
         [one] if one.is_dir() => {
@@ -38,7 +38,7 @@ pub(crate) fn read_paths(paths: &[PathBuf], options: &ReadOptions) -> Result<Swe
     }
 }
 
-/// Reads the curve of one of the tables: the one asked for, or the first that holds one.
+/// Reads the curve of the requested table, or of the first one that contains a curve.
 pub(crate) fn read(origin: Origin<'_>, name: &str, options: &ReadOptions) -> Result<SweepReading, ReadError> {
     let from_source = |source: &mut dyn TableSource| {
         let tables = gathered(source, usize::MAX)?;
@@ -50,7 +50,7 @@ pub(crate) fn read(origin: Origin<'_>, name: &str, options: &ReadOptions) -> Res
     Ok(reading)
 }
 
-/// The curve of the table asked for, or of the first that holds one.
+/// The curve of the requested table, or of the first one that contains a curve.
 pub(super) fn from_tables(tables: &[Held], options: &ReadOptions) -> Result<SweepReading, ReadProblem> {
     let names: Vec<&str> = tables.iter().map(|t| t.head.name.as_str()).collect();
     let candidates: Vec<usize> = match &options.sheet {
@@ -79,7 +79,7 @@ fn from_table(table: &Held, options: &ReadOptions) -> Result<SweepReading, ReadP
     let Held { head, columns, skipped, dialect, .. } = table;
     let first_row = dialect.as_ref().map(|d| d.first_data_row);
     let choice = curve::choose(head, columns, options)?;
-    // Rows are lines of the file only where none of them was left out.
+    // Rows are lines of the file only if none was left out.
     let first_row = first_row.filter(|_| skipped.is_empty()).unwrap_or(1);
     let built = points::build(head, columns, &choice, first_row, skipped.clone())?;
     let mut notes = choice.notes.clone();

@@ -1,4 +1,4 @@
-//! Driven records, one file for each frequency, demodulated to a curve.
+//! Driven records, one file per frequency, demodulated to a curve.
 
 use std::path::{Path, PathBuf};
 
@@ -19,7 +19,7 @@ use crate::{
     report::{ColumnTaken, DrivenRecord, Note, ReadReport, Reading, SweepReading, TimeSource},
 };
 
-/// Files of a folder, hidden ones left out, in the order of their names.
+/// Files of a folder in the order of their names, without hidden ones.
 pub(crate) fn files(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
     let mut list = Vec::new();
     for entry in std::fs::read_dir(folder)? {
@@ -33,7 +33,7 @@ pub(crate) fn files(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
     Ok(list)
 }
 
-/// Reads and demodulates the records of `files`; `name` stands for them all.
+/// Reads and demodulates the records of `files`; `name` identifies them all.
 pub(super) fn read(files: &[PathBuf], name: &str, options: &ReadOptions) -> Result<SweepReading, ReadError> {
     let (mut records, mut refused): (Vec<DrivenRecord>, Vec<String>) = (Vec::new(), Vec::new());
     let mut first: Option<One> = None;
@@ -79,7 +79,7 @@ pub(super) fn read(files: &[PathBuf], name: &str, options: &ReadOptions) -> Resu
     Ok(SweepReading { curve, report })
 }
 
-/// A file read: its motion, the unit of its response, and its account as that of a curve.
+/// A file that was read: its motion, the unit of its response, and its report in the form for a curve.
 struct One {
     record: DrivenRecord,
     unit: String,
@@ -142,7 +142,7 @@ fn steady(record: &slipfit::Record) -> Result<SteadyMotion, slipfit::Error> {
     demodulate::demodulate(&time_s, record.signal(), record.quadrature(), &options)
 }
 
-/// The column of the drive, and why.
+/// The drive column, and the reason for choosing it.
 fn drive(
     reading: &Reading,
     head: &Head,
@@ -163,7 +163,7 @@ fn drive(
     if let Some(index) = others.iter().copied().find(|&i| role(i) == Role::Drive) {
         return Ok(Some((index, "named like a drive")));
     }
-    // A voltage beside an angle or a position is what the exciter reports.
+    // A voltage next to an angle or a position is the signal of the exciter.
     let rank = |i: usize| match Role::in_record(&head.names[i]) {
         Role::Signal { rank, .. } => Some(rank),
         _ => None,
@@ -204,7 +204,7 @@ fn curve(records: &[DrivenRecord], phased: bool, unit: &str) -> Result<Curve, sl
     builder.build()
 }
 
-/// What a reader of the curve should know of the records.
+/// Notes on the records for the user of the curve.
 fn unsteady(records: &[DrivenRecord]) -> Vec<Note> {
     let mut notes = Vec::new();
     let left: Vec<&DrivenRecord> = records.iter().filter(|r| r.steady.transient_s > 0.0).collect();
@@ -226,7 +226,7 @@ fn unsteady(records: &[DrivenRecord]) -> Vec<Note> {
     notes
 }
 
-/// One fingerprint for all files, of theirs in a row.
+/// One fingerprint for all files: the hash of their concatenated fingerprints.
 fn combined(records: &[DrivenRecord]) -> String {
     let mut hash = sha2::Sha256::new();
     records.iter().for_each(|r| hash.update(r.sha256.as_bytes()));

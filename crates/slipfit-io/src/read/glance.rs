@@ -1,4 +1,4 @@
-//! A file at a glance: its tables, the record and the curve it would be read as.
+//! Preview of a file: its tables, and the record and the curve as which it would be read.
 
 use std::{
     fs::File,
@@ -20,34 +20,34 @@ use crate::{
     tables::table::{TableSource, Tables},
 };
 
-/// First bytes kept.
+/// Number of first bytes kept.
 const HEAD: u64 = 64 << 10;
-/// Cells of a sheet looked at: those of a workbook are a hundred times slower than numbers.
+/// Maximum number of cells read per sheet: cells of a workbook take a hundred times longer than numbers.
 const MOST_CELLS: usize = 1 << 13;
-/// Changes of side that make a motion: a peak has two.
+/// Minimum number of crossings of an oscillation: a peak has two.
 const RINGING: usize = 3;
-/// The least over the largest number of a column that is plainly no time.
+/// Minimum ratio of the least to the largest number of a column that is clearly not a time.
 const NARROW: f64 = 0.5;
 
-/// What a file holds, and what it would be read as.
+/// Content of a file, and how it would be read.
 #[derive(Debug)]
 #[non_exhaustive]
 pub struct Glance {
-    /// Its first bytes as they stand, 64 kB at the most.
+    /// Its first bytes, unchanged, at most 64 kB.
     pub head: Vec<u8>,
-    /// Its tables, of each the first rows.
+    /// Its tables, with the first rows of each.
     pub tables: Tables,
-    /// The record over time, or why it is none.
+    /// The record over time, or the reason why there is none.
     pub record: Result<Reading, ReadError>,
     /// The swings of that record.
     pub swings: Option<Swings>,
-    /// The curve over frequency that it is rather than a record.
+    /// The curve over frequency, if the file is one and not a record.
     pub curve: Option<SweepReading>,
-    /// Whether the record is that of the first cells of a sheet; otherwise it is what [`crate::read`] gives.
+    /// Whether the record was read from the first cells of a sheet only; otherwise it is the result of [`crate::read`].
     pub in_part: bool,
 }
 
-/// Looks at a file; text is read twice, for its tables and for the record, anything else is opened once.
+/// Previews a file; text is read twice, for its tables and for the record, other formats are opened once.
 pub(crate) fn glance(
     origin: Origin<'_>,
     name: &str,
@@ -62,7 +62,7 @@ pub(crate) fn glance(
     let from_source = |source: &mut dyn TableSource| {
         let tables = gathered(source, most_rows)?;
         if source.dialect(0).is_some() {
-            // Text is read on from here as a record; a table seen whole is a curve or none.
+            // Text is later read again as a record; a curve is accepted only from tables that were read completely.
             let whole = tables.iter().all(|table| !table.cut);
             let sweep = curve.filter(|_| whole).map(|o| curve::from_tables(&tables, o));
             return Ok((tables, None, sweep, false));
@@ -100,14 +100,14 @@ pub(crate) fn glance(
         fingerprint.clone().write(&mut sweep.report, name);
         sweep
     });
-    // Numbers alone are not trusted where only the first of them were seen.
+    // A curve recognised by its numbers alone is rejected if only the first rows were read.
     let curve = curve.filter(|curve| !cut || curve.report.named);
     let swings = record.as_ref().ok().map(|reading: &Reading| reading.record.swings());
     let curve = curve.filter(|curve| is_curve(curve, tables.len(), swings));
     Ok(Glance { head, tables: open::described(tables, fingerprint, name), record, swings, curve, in_part })
 }
 
-/// What can be read more than once: a stream comes once and is kept.
+/// A source that can be read more than once: a stream is read once and kept.
 enum Held {
     File(File),
     Bytes(Vec<u8>),
@@ -126,7 +126,7 @@ impl Held {
         }
     }
 
-    /// From its beginning.
+    /// The source from its beginning.
     fn again(&self) -> io::Result<Origin<'_>> {
         match self {
             Self::File(file) => {
@@ -138,7 +138,7 @@ impl Held {
         }
     }
 
-    /// From its beginning, after its bytes have been hashed: a file may have changed since.
+    /// The source from its beginning, after its bytes have been hashed: a file may have changed since.
     fn once_more(&self, Fingerprint { sha256, .. }: &Fingerprint) -> io::Result<Origin<'_>> {
         match self {
             Self::File(_) => self.again(),
@@ -158,19 +158,18 @@ fn beginning(origin: Origin<'_>) -> io::Result<Vec<u8>> {
     Ok(head)
 }
 
-/// Whether a file is a resonance curve rather than a record: where its names say so; without names,
-/// where what it holds does not swing and stands over frequencies.
+/// Whether a file is a resonance curve and not a record: according to its names or, without names, if the data do not
+/// oscillate and are given over frequencies.
 fn is_curve(curve: &SweepReading, tables: usize, swings: Option<Swings>) -> bool {
     let rings = swings.is_some_and(|s| s.crossings >= RINGING);
     if curve.report.named {
-        // Beside a record other tables hold spectra.
+        // Next to a record, other tables hold spectra.
         return !(tables > 1 && rings);
     }
     !rings && is_over_frequencies(&curve.curve)
 }
 
-/// Whether the amplitudes have a peak between the ends, or the numbers they stand over begin too far
-/// from zero for times.
+/// Whether the amplitudes have a peak between the ends, or the abscissa begins too far from zero for times.
 fn is_over_frequencies(curve: &Curve) -> bool {
     let hz = curve.frequency_hz();
     let amplitude = |i: &usize| curve.response().amplitude(*i);

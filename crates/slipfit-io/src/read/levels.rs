@@ -14,7 +14,7 @@ use crate::{
     tables::table::{Held, TableSource},
 };
 
-/// Reads drive levels and the amplitudes they gave.
+/// Reads drive levels and the resulting amplitudes.
 pub(crate) fn read(origin: Origin<'_>, name: &str, options: &ReadOptions) -> Result<LevelReading, ReadError> {
     let from_source = |source: &mut dyn TableSource| {
         let tables = gathered(source, usize::MAX)?;
@@ -53,8 +53,8 @@ fn from_tables(tables: &[Held], options: &ReadOptions) -> Result<LevelReading, R
     Ok(reading)
 }
 
-/// Tables of the same columns, each a curve over frequency, one below the other; and the
-/// first row of each. `None` where there are not several.
+/// Joins tables with the same columns, each a curve over frequency, and gives the first row of each. `None` if there
+/// are not several.
 fn curves(tables: &[Held]) -> Option<(Held, Vec<usize>)> {
     let has = |t: &Held, wanted: Role| {
         let varies = |c: &[f64]| c.windows(2).any(|w| w[0] != w[1]);
@@ -77,23 +77,23 @@ fn curves(tables: &[Held]) -> Option<(Held, Vec<usize>)> {
     (starts.len() > 1).then_some((joint, starts))
 }
 
-/// What will be read of a table.
+/// Columns to be read from a table.
 struct Choice {
     drive: Picked,
     /// The amplitudes, or the real part of the response.
     amplitude: Picked,
-    /// The imaginary part of the response: the amplitude is the modulus of both.
+    /// The imaginary part of the response; the amplitude is then the modulus of both parts.
     imaginary: Option<Picked>,
     std_error: Option<Picked>,
     frequency: Option<usize>,
-    /// Whether drive and amplitude are in decibels to be made linear.
+    /// Whether drive and amplitude are in decibels and have to be made linear.
     levels: [bool; 2],
-    /// Whether the name of a column says that it is the drive.
+    /// Whether the name of a column identifies it as the drive.
     named: bool,
 }
 
 impl Choice {
-    /// The columns read, with what they are.
+    /// The columns read, with their roles.
     fn columns(&self) -> Vec<(&'static str, &Picked)> {
         let std_error = self.std_error.as_ref().map(|p| ("std_error", p));
         let imaginary = self.imaginary.as_ref().map(|p| ("imaginary", p));
@@ -167,7 +167,7 @@ impl Chooser<'_> {
         Ok(Choice { drive, amplitude, imaginary, std_error, frequency, levels, named })
     }
 
-    /// Real and imaginary part of the response, asked for or named so, and why.
+    /// Real and imaginary part of the response, requested or named so, with reasons.
     fn parts(&self) -> Result<Option<[(usize, &'static str); 2]>, ReadProblem> {
         let options = self.options;
         let drive = self.asked("drive", &options.drive)?;
@@ -201,7 +201,7 @@ impl Chooser<'_> {
         })
     }
 
-    /// A column in its unit or the one given, and whether it holds decibels.
+    /// A column in its own unit or the given one, and whether it holds decibels.
     fn in_unit(&mut self, index: usize, why: &str, given: Option<&String>) -> (Picked, bool) {
         let mut picked = self.picked(index, why);
         let written = given.unwrap_or(&picked.unit).trim().to_owned();
@@ -218,7 +218,7 @@ impl Chooser<'_> {
     }
 }
 
-/// The points of a table, or of several that begin in the rows `starts`.
+/// The points of a table, or of several tables that begin in the rows `starts`.
 fn from_table(table: &Held, starts: &[usize], options: &ReadOptions) -> Result<LevelReading, ReadProblem> {
     let Held { head, columns, .. } = table;
     let mut chooser = Chooser::of_curve(head, columns, options);
@@ -298,14 +298,14 @@ fn from_table(table: &Held, starts: &[usize], options: &ReadOptions) -> Result<L
     Ok(LevelReading { levels, report })
 }
 
-/// Levels that make a line and a threshold.
+/// Minimum number of levels for fitting a line and a threshold.
 const FEWEST: usize = 3;
-/// Rows of a curve, on average.
+/// Minimum number of rows per curve, on average.
 const OF_A_CURVE: usize = 3;
-/// A measured level strays by less than this from row to row, levels differ by more.
+/// A measured level varies by less than this from row to row; distinct levels differ by more.
 const JITTER: f64 = 0.05;
 
-/// Which curve over frequency each point belongs to; `None` where every row is a level of its own.
+/// Index of the curve over frequency of each point; `None` if every row is a separate level.
 fn groups(
     points: &[[f64; 3]],
     hz: &[f64],
@@ -324,7 +324,7 @@ fn groups(
     if count(&levels) >= FEWEST && tight {
         return (points.len() >= OF_A_CURVE * count(&levels)).then_some(levels);
     }
-    // A drive that goes one way is set from row to row; one that strays is swept along.
+    // A drive that changes in one direction is set row by row; one that fluctuates is measured along a sweep.
     let steps = |values: &[f64]| {
         let rising = values.windows(2).filter(|w| w[1] > w[0]).count();
         let falling = values.windows(2).filter(|w| w[1] < w[0]).count();
@@ -337,7 +337,7 @@ fn groups(
     (swept && !set).then(|| vec![0; points.len()])
 }
 
-/// Points of one level of the drive, by number.
+/// Index of the drive level of each point.
 fn clusters(points: &[[f64; 3]]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..points.len()).collect();
     order.sort_by(|&a, &b| points[a][0].total_cmp(&points[b][0]));
@@ -351,8 +351,9 @@ fn clusters(points: &[[f64; 3]]) -> Vec<usize> {
     groups
 }
 
-/// Of each curve the drive of the point of the largest amplitude for it, and the height of the peak, in the order in which
-/// the curves come; how many heights were fitted, the others being that amplitude.
+/// Drive level and peak height of each curve, in the order of the curves, and the number of fitted heights. The level
+/// is that of the point with the largest amplitude relative to its drive; this amplitude is the height if no fit is
+/// possible.
 fn peaks(points: &[[f64; 3]], hz: &[f64], groups: &[usize]) -> (Vec<[f64; 3]>, usize) {
     let mut curves: Vec<(usize, Vec<usize>)> = Vec::new();
     for (i, group) in groups.iter().enumerate() {
@@ -367,7 +368,7 @@ fn peaks(points: &[[f64; 3]], hz: &[f64], groups: &[usize]) -> (Vec<[f64; 3]>, u
         let most = |held: [f64; 3], &i: &usize| if higher(&points[i], &held) { points[i] } else { held };
         let mut held = curve.iter().skip(1).fold(points[curve[0]], most);
         let frequencies: Vec<f64> = curve.iter().map(|&i| hz[i]).collect();
-        // At one drive, from which the points may stray.
+        // Scaled to one drive, from which the points may deviate.
         let at_one = |&i: &usize| {
             if points[i][0] > 0.0 { points[i][1] * held[0] / points[i][0] } else { points[i][1] }
         };

@@ -1,4 +1,4 @@
-//! From files to records, curves and levels: open, choose the columns, read, account.
+//! From files to records, curves and levels: opening, choice of the columns, reading and reports.
 
 pub(crate) mod curve;
 pub(crate) mod driven;

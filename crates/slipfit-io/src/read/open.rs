@@ -21,11 +21,11 @@ use crate::{
     },
 };
 
-/// A file, or bytes that come once.
+/// A file, a stream that can be read once, or bytes in memory.
 pub(crate) enum Origin<'a> {
     File(File),
     Stream(Box<dyn Read + 'a>),
-    /// Bytes that are held, with their SHA-256 in hexadecimal.
+    /// Bytes in memory, with their SHA-256 in hexadecimal.
     Hashed(&'a [u8], String),
 }
 
@@ -39,19 +39,18 @@ pub(crate) struct Fingerprint {
 }
 
 impl Fingerprint {
-    /// Puts it into the report of a file of that name.
+    /// Writes it into the report of a file with this name.
     pub(super) fn write(self, report: &mut ReadReport, name: &str) {
         name.clone_into(&mut report.path);
         report.format = self.format;
-        // That of the table read, where there are several.
+        // The dialect of the table read takes precedence, if there are several.
         report.dialect = report.dialect.take().or(self.dialect);
         (report.sha256, report.bytes) = (self.sha256, self.bytes);
     }
 }
 
 impl Origin<'_> {
-    /// A file and its name; `-` is standard input. What is no regular file, a pipe or a device, is
-    /// read once.
+    /// A file and its name; `-` is standard input. A pipe or a device, which is not a regular file, is read once.
     pub(crate) fn file(path: &Path) -> Result<(Self, String), ReadError> {
         if path.as_os_str() == "-" {
             return Ok((Self::Stream(Box::new(io::stdin().lock())), "standard input".to_owned()));
@@ -68,26 +67,26 @@ impl Origin<'_> {
     }
 }
 
-/// All tables of any format, of each its first `most_rows` rows.
+/// All tables of a file of any format, with the first `most_rows` rows of each.
 pub(crate) fn tables(origin: Origin<'_>, name: &str, most_rows: usize) -> Result<Tables, ReadError> {
     let (held, fingerprint) = opened(origin, None, None, |source| gathered(source, most_rows))
         .map_err(|problem| ReadError::new(name, problem))?;
     Ok(described(held, fingerprint, name))
 }
 
-/// The tables of a file of that name.
+/// The tables of a file with this name.
 pub(super) fn described(held: Vec<Held>, fingerprint: Fingerprint, name: &str) -> Tables {
     let Fingerprint { format, dialect, sha256, bytes } = fingerprint;
     let tables = held.into_iter().map(Into::into).collect();
     Tables { path: name.to_owned(), format, sha256, bytes, dialect, tables }
 }
 
-/// All tables of a source, of each its first `most_rows` rows.
+/// All tables of a source, with the first `most_rows` rows of each.
 pub(super) fn gathered(source: &mut dyn TableSource, most_rows: usize) -> Result<Vec<Held>, ReadProblem> {
     (0..source.heads().len()).map(|table| table::gather(source, table, most_rows)).collect()
 }
 
-/// Opens a file, of a format if it is given, lets `then` read its tables, and gives its fingerprint too.
+/// Opens a file, in the given format if there is one, lets `then` read its tables, and also returns its fingerprint.
 pub(super) fn opened<T>(
     origin: Origin<'_>,
     format: Option<Format>,
@@ -97,7 +96,7 @@ pub(super) fn opened<T>(
     opened_in_part(origin, format, watch, usize::MAX, then)
 }
 
-/// As [`opened`]; of a sheet that is costly to decode the first `most_cells`.
+/// As [`opened`], but only with the first `most_cells` cells of a sheet that is costly to decode.
 pub(super) fn opened_in_part<T>(
     origin: Origin<'_>,
     given: Option<Format>,
@@ -124,7 +123,7 @@ pub(super) fn opened_in_part<T>(
         Format::Text => text(head.chain(&mut hashing), size),
         Format::Gzip => unpacked(head.chain(&mut hashing), given, most_cells),
         other => {
-            // These are read from several places: a file as it is, a stream once it is held.
+            // These formats need random access: a file is used directly, a stream is first read into memory.
             let input = match file.take() {
                 Some(mut file) => {
                     io::copy(&mut hashing, &mut io::sink()).map_err(ReadProblem::Io)?;
@@ -144,13 +143,13 @@ pub(super) fn opened_in_part<T>(
         let done = then(&mut *source)?;
         Ok((done, format, source.dialect(0)))
     });
-    // The hash and the tables are read one after the other: both must see the same bytes.
+    // The hash and the tables are read one after the other: both must be based on the same bytes.
     let is_stream = matches!(format, Format::Text | Format::Gzip);
     if !is_stream && before != watched.as_ref().and_then(stamp) {
         return Err(ReadProblem::Changed);
     }
     let (done, format, dialect) = done?;
-    // What follows the samples belongs to the file.
+    // Bytes after the samples belong to the file.
     io::copy(&mut hashing, &mut io::sink()).map_err(ReadProblem::Io)?;
     let (sha256, bytes) = hashing.finish();
     Ok((done, Fingerprint { format, dialect, sha256, bytes }))
@@ -164,7 +163,7 @@ fn stamp(file: &File) -> Option<(u64, SystemTime)> {
 
 type Opened<'a> = (Box<dyn TableSource + 'a>, Format);
 
-/// The bytes that tell a format, and whether all of them could be had.
+/// The bytes from which the format is detected, and whether reading them succeeded.
 fn beginning(reader: &mut impl Read) -> (Vec<u8>, io::Result<usize>) {
     let mut head = Vec::with_capacity(format::HEAD);
     let whole = reader.take(format::HEAD as u64).read_to_end(&mut head);
@@ -175,7 +174,7 @@ fn text<'a>(reader: impl Read + 'a, size: Option<u64>) -> Result<Opened<'a>, Rea
     Ok((Box::new(Text::open(reader, size)?), Format::Text))
 }
 
-/// What a gzip file holds: text streams, anything else is held.
+/// Content of a gzip file: text is streamed, other formats are held in memory.
 fn unpacked<'a>(
     packed: impl Read + 'a,
     given: Option<Format>,
@@ -197,7 +196,7 @@ fn unpacked<'a>(
     }
 }
 
-/// The format of a file that begins with `head`; text if nothing else.
+/// The format of a file that begins with `head`; text by default.
 fn format_of(head: &[u8]) -> Format {
     Format::by_magic(head).unwrap_or_else(|| {
         if Format::is_universal(head) {
@@ -221,7 +220,7 @@ fn is_arrow_stream(_: &[u8]) -> bool {
     false
 }
 
-/// The tables of a format that is no text, and what it is more precisely.
+/// The tables of a format other than text, and the more precise format.
 fn source<'a>(input: Input, format: Format, most_cells: usize) -> Result<Opened<'a>, ReadProblem> {
     let bytes = |input: Input| input.into_bytes().map_err(ReadProblem::Io);
     let source: Box<dyn TableSource> = match format {

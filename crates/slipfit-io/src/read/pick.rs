@@ -1,11 +1,11 @@
-//! Which of several tables is meant.
+//! Selection of one of several tables.
 
 use crate::{
     columns::head::Head,
     error::{OptionProblem, ReadProblem},
 };
 
-/// Index of the table asked for by name, by part of a name or by number.
+/// Index of the table selected by name, by part of a name or by number.
 pub(super) fn find(wanted: &str, names: &[&str]) -> Result<usize, ReadProblem> {
     let key = wanted.trim().trim_matches('/').to_lowercase();
     let plain = |n: &str| n.trim_matches('/').to_lowercase();
@@ -29,7 +29,7 @@ pub(super) fn find(wanted: &str, names: &[&str]) -> Result<usize, ReadProblem> {
     }
 }
 
-/// The names of the others, not too many.
+/// The names of the other tables, up to a maximum number.
 pub(super) fn others(names: &[&str], taken: usize) -> String {
     const MOST: usize = 8;
     let others: Vec<&&str> = names.iter().enumerate().filter(|(i, _)| *i != taken).map(|(_, n)| n).collect();

@@ -1,4 +1,4 @@
-//! A record over time from a table, with its account.
+//! A record over time from a table, with its report.
 
 use slipfit::{ClockReport, Record, record::Averaging};
 
@@ -19,10 +19,10 @@ use crate::{
     tables::table::{self, LeftOut, Reason, TableSource},
 };
 
-/// Tables looked into where none is named.
+/// Maximum number of tables examined if none is named.
 const MOST_TABLES: usize = 64;
 
-/// A stamp before its predecessor.
+/// A time stamp earlier than its predecessor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Backwards {
     row: u64,
@@ -33,24 +33,24 @@ struct Backwards {
 /// The columns read, row by row, and what was left out.
 #[derive(Debug)]
 struct Samples {
-    /// Empty where a rate stands in for times.
+    /// Empty if a sampling rate replaces the times.
     time_s: Vec<f64>,
     signal: Vec<f64>,
-    /// Empty but for a lock-in.
+    /// Empty except for a lock-in.
     quadrature: Vec<f64>,
     /// Rows that gave a sample.
     read: u64,
     backwards: Option<Backwards>,
     skipped: Vec<Skipped>,
     averaging: Averaging,
-    /// Samples behind a line that gave none, with their lines; between them each line is a sample.
+    /// Samples after a line that gave none, with their lines; between them each line is a sample.
     lines: Vec<(usize, u64)>,
 }
 
 impl Samples {
-    /// Keeps the line of the next sample where it does not follow from that of the one before.
+    /// Stores the line of the next sample if it does not follow from that of the previous sample.
     fn at_line(&mut self, line: u64) {
-        /// Line numbers kept; later ones follow from the last of them.
+        /// Maximum number of lines stored; later ones follow from the last of them.
         const MOST: usize = 1 << 16;
         let next = self.signal.len();
         let follows = self.lines.last().is_some_and(|(sample, of)| of + (next - sample) as u64 == line);
@@ -65,7 +65,7 @@ impl Samples {
         before.map_or(sample as u64 + 1, |(first, line)| line + (sample - first) as u64)
     }
 
-    /// Leaves out samples whose number stands for no value; sampled at a rate, they keep their time.
+    /// Leaves out samples with a sentinel for a missing value; with a sampling rate, their time is kept.
     fn leave_out_sentinels(&mut self, choice: &Choice) {
         let columns = [Some(&choice.signal), choice.quadrature.as_ref()];
         let mut hidden = false;
@@ -96,7 +96,7 @@ impl Samples {
     }
 }
 
-/// Reads a record from any format; `watch` is told how many bytes have been read.
+/// Reads a record from any format; `watch` receives the number of bytes read.
 pub(crate) fn read(
     origin: Origin<'_>,
     name: &str,
@@ -131,7 +131,7 @@ fn choose_table(
 ) -> Result<(usize, Choice), ReadProblem> {
     let heads = source.heads();
     let names: Vec<&str> = heads.iter().map(|h| h.name.as_str()).collect();
-    // A text has one table and no sheets.
+    // Text has one table and no sheets.
     let is_text = source.dialect(0).is_some() && names == [""];
     let only = match &options.sheet {
         Some(wanted) if !is_text => Some(pick::find(wanted, &names)?),
@@ -152,7 +152,7 @@ fn choose_table(
             break;
         }
     }
-    // Runs in groups of columns go before runs that only the rows can tell.
+    // Runs in groups of columns take precedence over runs that only the rows reveal.
     if fit.iter().any(|(_, choice)| choice.rows_run.is_none()) {
         fit.retain(|(_, choice)| choice.rows_run.is_none());
     }
@@ -179,7 +179,7 @@ fn choose_table(
     Ok((table, choice))
 }
 
-/// The columns of a table of a file of that name, from its first rows.
+/// The columns of a table, chosen from its first rows; `name` is that of the file.
 fn choose(
     source: &mut dyn TableSource,
     table: usize,
@@ -200,7 +200,7 @@ fn choose(
     Ok(choice)
 }
 
-/// Reads the columns chosen.
+/// Reads the chosen columns.
 fn scan(
     source: &mut dyn TableSource,
     table: usize,
@@ -219,11 +219,11 @@ fn scan(
     wanted.extend(choice.fraction.map(|fraction| fraction.index));
     let is_interval = matches!(choice.time, Time::Intervals(..));
     let interval_s = if let Time::Rate(rate_hz) = choice.time { Some(1.0 / rate_hz) } else { None };
-    // The mean of levels is no level of the mean.
+    // The mean of levels is not the level of the mean.
     let is_level = choice.levels.contains(&true);
     let most = options.most_samples.unwrap_or(ReadOptions::MOST_SAMPLES);
     let averaging = Averaging::new(if is_level { usize::MAX } else { most }, interval_s);
-    // More than are held come within a batch.
+    // Within a batch, more samples may arrive than are held.
     let room = source.rows_expected().min(most.saturating_add(1 << 20));
     let reserved = |used: bool| Vec::with_capacity(if used { room } else { 0 });
     let mut samples = Samples {
@@ -275,7 +275,7 @@ fn scan(
                 stamp += batch.columns[wanted.len() - 1][i] / fraction.a_second;
             }
             if is_interval && stamp.is_finite() {
-                // The first sample has nothing before it.
+                // The first sample has no predecessor.
                 elapsed += if started { stamp } else { 0.0 };
                 started = true;
                 stamp = elapsed;
@@ -306,7 +306,7 @@ fn scan(
     Ok(samples)
 }
 
-/// Makes the record of what was read, and its account.
+/// Builds the record from the samples, with its report.
 fn finish(head: &Head, mut choice: Choice, mut samples: Samples) -> Result<Reading, ReadProblem> {
     let column = head.label(choice.signal.index);
     let left_out_rows =
@@ -385,7 +385,7 @@ fn finish(head: &Head, mut choice: Choice, mut samples: Samples) -> Result<Readi
     Ok(Reading { record, report })
 }
 
-/// What there is to say where several runs stand one after the other, and their number.
+/// Note on several runs that follow each other, and their number.
 fn runs_in_rows(choice: &mut Choice, clock: &ClockReport) -> Option<Note> {
     if clock.resets == 0 {
         return None;
@@ -395,7 +395,7 @@ fn runs_in_rows(choice: &mut Choice, clock: &ClockReport) -> Option<Note> {
     let note = Note::new(format!(
         "the clock restarts: {found} runs follow one another; number {taken}{longest} was read"
     ));
-    // Those in groups of columns have the numbers.
+    // Numbers refer to runs in groups of columns.
     if choice.runs > 1 {
         return Some(note);
     }
@@ -403,13 +403,13 @@ fn runs_in_rows(choice: &mut Choice, clock: &ClockReport) -> Option<Note> {
     Some(note.hint("run", "reads another"))
 }
 
-/// Clock times begin again at midnight: those after it get a day more.
+/// Clock times restart at midnight: later times are increased by one day.
 fn past_midnight(time_s: &mut [f64]) -> Option<Note> {
     const DAY_S: f64 = 86400.0;
     let of_clock = |t: &f64| (0.0..=DAY_S).contains(t);
     let steps = || time_s.windows(2).map(|w| w[1] - w[0]);
     let fall = |step: f64| step < -0.9 * DAY_S;
-    // One fall in the record, and nothing else that goes back.
+    // Exactly one drop in the record, and no other backward step.
     if steps().filter(|s| *s < 0.0).count() != 1 || !steps().any(fall) || !time_s.iter().all(of_clock) {
         return None;
     }
@@ -418,8 +418,7 @@ fn past_midnight(time_s: &mut [f64]) -> Option<Note> {
     Some(Note::new("the times restart at midnight: later times were shifted by a day"))
 }
 
-/// Puts rounded times on the step that the file states, where all of them are less than half of it
-/// away.
+/// Moves rounded times to multiples of the step stated in the file, if all of them deviate by less than half a step.
 fn put_on_step(head: &Head, time: &Time, time_s: &mut [f64]) -> Option<Note> {
     let (step, Time::Column(picked, units::Seconds::Same)) = (head.step_s?, time) else { return None };
     let first = *time_s.first()?;
@@ -432,7 +431,7 @@ fn put_on_step(head: &Head, time: &Time, time_s: &mut [f64]) -> Option<Note> {
     Some(Note::new(format!("the times were calculated from the time step that the file states, {step} s")))
 }
 
-/// What averaging did, or why it did not.
+/// Describes the averaging, or why it was not done.
 fn averaged(averaging: &Averaging, samples: usize, left_out: usize) -> Option<Note> {
     if let Some(why) = averaging.stopped() {
         return Some(
@@ -457,7 +456,7 @@ fn averaged(averaging: &Averaging, samples: usize, left_out: usize) -> Option<No
     })
 }
 
-/// Rows left out, as an error names them.
+/// Rows left out, as given in an error.
 fn left_out(skipped: &[Skipped]) -> String {
     let reasons: Vec<String> = skipped
         .iter()

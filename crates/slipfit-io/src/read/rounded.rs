@@ -1,18 +1,18 @@
-//! Advice on times written with so few significant digits that stamps repeat, where no even clock fits them.
+//! Advice on times with so few significant digits that stamps repeat and no even clock fits them.
 //!
-//! `slipfit::Record` puts stamps back on the even clock that all of them are roundings of. Where rows are missing there is
-//! none, and the rate of the first rows, whose times are fine, is the best there is.
+//! `slipfit::Record` restores an even clock if all stamps are roundings of it. If rows are missing there is no such
+//! clock, and the best estimate is the rate of the first rows, whose times are well resolved.
 
 use crate::report::Note;
 
-/// Significant digits that make times coarse.
+/// Maximum number of significant digits of coarse times.
 const FEW_DIGITS: usize = 4;
-/// Share of stamps that are that of the row before.
+/// Minimum share of stamps equal to the previous one.
 const REPEATED: f64 = 0.2;
-/// More stamps are left as they are.
+/// Maximum number of stamps examined.
 const MOST: usize = 1 << 22;
 
-/// What to say of such times: how they are rounded, and the rate that the first of them have.
+/// Note on such times: how they are rounded, and the rate of the first of them.
 pub(super) fn advice(time_s: &[f64]) -> Option<Note> {
     if time_s.len() > MOST {
         return None;
@@ -23,8 +23,8 @@ pub(super) fn advice(time_s: &[f64]) -> Option<Note> {
     }
     let written: Vec<(usize, i32)> = time_s.iter().map(|t| written(*t)).collect();
     let digits = written.iter().map(|(digits, _)| *digits).max().filter(|d| *d <= FEW_DIGITS)?;
-    // As many digits behind the point at the end as at the beginning: one step of rounding
-    // throughout, which is the record's to see.
+    // If there are as many decimal places at the end as at the beginning, all times have the same rounding step, which
+    // `Record` handles.
     let decade = |t: f64| t.abs().log10().floor();
     let last = decade(*time_s.last()?);
     let behind = |of_last: bool| {
@@ -41,7 +41,7 @@ pub(super) fn advice(time_s: &[f64]) -> Option<Note> {
     // The last row of the decade before the one in which stamps begin to repeat.
     let first = time_s.windows(2).position(|w| w[0] == w[1])?;
     let fine = (1..first).rev().find(|&k| decade(time_s[k]) < decade(time_s[first])).unwrap_or(first);
-    // Up to the first row that is missing.
+    // Up to the first missing row.
     let lost = |k: &usize| time_s[*k] - time_s[k - 1] > 1.5 * (time_s[1] - time_s[0]);
     let fine = (2..=fine).find(lost).map_or(fine, |k| k - 1);
     let span = time_s[fine] - time_s[0];
@@ -56,14 +56,14 @@ pub(super) fn advice(time_s: &[f64]) -> Option<Note> {
     Some(Note::new(text).hint("rate_hz", advice))
 }
 
-/// The number of fewest digits between two above zero.
+/// The number with the fewest digits between two positive numbers.
 fn roundest(low: f64, high: f64) -> f64 {
     let middle = 0.5 * (low + high);
     let with = |digits: usize| format!("{middle:.digits$e}").parse().unwrap_or(middle);
     (0..8).map(with).find(|r| (low..=high).contains(r)).unwrap_or(middle)
 }
 
-/// Significant digits of the shortest number that is this one, and its digits behind the point.
+/// Number of significant digits of the shortest decimal form of this number, and its number of decimal places.
 fn written(value: f64) -> (usize, i32) {
     let text = format!("{value:e}");
     let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
@@ -71,7 +71,7 @@ fn written(value: f64) -> (usize, i32) {
     (digits, digits as i32 - 1 - exponent.parse().unwrap_or(0))
 }
 
-/// The last of so many digits.
+/// Value of one unit in the last of `digits` significant digits.
 fn quantum(value: f64, digits: usize) -> f64 {
     if value == 0.0 { 0.0 } else { 10f64.powi(value.abs().log10().floor() as i32 + 1 - digits as i32) }
 }
@@ -80,7 +80,7 @@ fn quantum(value: f64, digits: usize) -> f64 {
 mod tests {
     use super::*;
 
-    /// A time as `%.2E` writes it.
+    /// A time as written by `%.2E`.
     fn three_digits(t: f64) -> f64 {
         format!("{t:.2e}").parse().unwrap()
     }

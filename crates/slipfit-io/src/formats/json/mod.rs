@@ -1,6 +1,6 @@
-//! JSON: lists of rows, lists of objects, objects of lists, in each other and one a line.
+//! JSON: lists of rows, lists of objects, objects of lists, nested or one per line.
 //!
-//! What makes a table is laid out as text, so that its header, units, stamps and numbers are read as those of any table.
+//! Each table is written out as text, so that its header, units, stamps and numbers are read like those of any table.
 
 mod parse;
 
@@ -13,30 +13,30 @@ use crate::{
     tables::{arrays::NamedValues, table::HeldTables, text},
 };
 
-/// Elements of a list that are columns of one row, at most.
+/// Maximum length of a list whose elements are columns of one row.
 const WIDEST: usize = 64;
-/// Lists of values in the elements of a list are tables of their own up to so many elements.
+/// Lists of values inside the elements of a list form separate tables for at most this number of elements.
 const MOST_PLACES: usize = 64;
-/// The field that names the sensor of a row, as Sensor Logger writes it.
+/// The field that names the sensor of a row, as written by Sensor Logger.
 const SENSOR: &str = "sensor";
-/// Columns of a table, at most.
+/// Maximum number of columns of a table.
 const MOST_COLUMNS: usize = 4096;
 
 /// Cells of a table: a header if there is one, and its rows.
 struct Grid<'a> {
     name: String,
-    /// Where it lies.
+    /// Its path in the document.
     place: String,
     header: Option<Vec<String>>,
     rows: Vec<Vec<Option<&'a Node>>>,
 }
 
-/// What was found.
+/// Results of the search.
 #[derive(Default)]
 struct Found<'a> {
     grids: Vec<Grid<'a>>,
     named: NamedValues,
-    /// Values that belong to no table, and the place of the first.
+    /// Number of values that belong to no table, and the place of the first.
     left_out: usize,
     first_left_out: Option<String>,
 }
@@ -89,7 +89,7 @@ fn is_scalar(node: &Node) -> bool {
     matches!(node, Node::Missing | Node::Number(_) | Node::Text(_))
 }
 
-/// A list of scalars, or an object of them by index, as pandas writes a column.
+/// A list of scalars, or an object of scalars by index, as pandas writes a column.
 fn column(node: &Node) -> Option<Vec<&Node>> {
     let values: Vec<&Node> = match node {
         Node::List(values) => values.iter().collect(),
@@ -109,7 +109,7 @@ fn join(path: &str, name: &str) -> String {
     if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") }
 }
 
-/// Names of columns and rows: `columns` and `data` of pandas, `columns` and `values` of InfluxDB.
+/// Names of columns, and rows: `columns` and `data` of pandas, `columns` and `values` of InfluxDB.
 fn frame(entries: &[(String, Node)]) -> Option<(Vec<String>, &[Node])> {
     let of = |wanted: &str| entries.iter().find(|(key, _)| key == wanted).map(|(_, value)| value);
     let (Node::List(names), Node::List(rows)) = (of("columns")?, of("data").or_else(|| of("values"))?) else {
@@ -123,7 +123,7 @@ fn frame(entries: &[(String, Node)]) -> Option<(Vec<String>, &[Node])> {
     rows.iter().all(is_row).then_some((names, rows))
 }
 
-/// Whether an object is more than a row: lists in it, or in objects in it, that are long, or a table with names.
+/// Whether an object is more than a row: it or its objects contain long lists, or a table with names.
 fn holds_table(node: &Node) -> bool {
     match node {
         Node::Object(entries) => {
@@ -137,7 +137,7 @@ fn holds_table(node: &Node) -> bool {
     }
 }
 
-/// The header of a column: of a channel's samples the name and the unit that stand beside them.
+/// The header of a column; for the samples of a channel, the name and the unit given next to them.
 fn header(key: &str, entries: &[(String, Node)]) -> String {
     const SAMPLES: [&str; 6] = ["samples", "sample", "values", "value", "data", "signal"];
     let of = |wanted: [&str; 3]| {
@@ -170,7 +170,7 @@ impl<'a> Found<'a> {
         self.named.push((path.to_owned(), key.to_owned(), value));
     }
 
-    /// All values, those that stand nearest around a place first: each channel may name a rate of its own.
+    /// All named values, those nearest to a place first: each channel may name its own rate.
     fn named_from(&self, place: &str) -> impl Iterator<Item = (String, String)> {
         let holds = |around: &str| {
             let rest = place.strip_prefix(around);
@@ -192,7 +192,7 @@ impl<'a> Found<'a> {
         self.first_left_out.get_or_insert_with(|| place.to_owned());
     }
 
-    /// Lists of one length in an object are columns of one table; numbers and words are named values.
+    /// Lists of equal length in an object are columns of one table; numbers and words are named values.
     fn object(&mut self, entries: &'a [(String, Node)], path: &str) {
         if let Some((names, rows)) = frame(entries) {
             return self.matrix(rows, path, Some(names));
@@ -247,7 +247,7 @@ impl<'a> Found<'a> {
         }
     }
 
-    /// Lists in a list: rows, or columns where they are longer than they are many.
+    /// Lists in a list: rows, or columns if each is longer than their number.
     fn matrix(&mut self, lists: &'a [Node], path: &str, header: Option<Vec<String>>) {
         let cells: Vec<&'a [Node]> = lists
             .iter()
@@ -263,7 +263,7 @@ impl<'a> Found<'a> {
         self.grids.push(Grid { name: path.to_owned(), place: path.to_owned(), header, rows });
     }
 
-    /// Rows of several sensors one after the other, told apart by a field, are a table each.
+    /// Successive rows of several sensors, distinguished by a field, become one table per sensor.
     fn sensors(&mut self, elements: &'a [Node], path: &str) -> bool {
         let sensor = |element: &'a Node| match element {
             Node::Object(entries) => entries.iter().find_map(|(key, value)| match value {
@@ -287,7 +287,7 @@ impl<'a> Found<'a> {
         }
         for group in groups {
             match group[..] {
-                // What is told once, such as the version of a program.
+                // Information given only once, such as the version of a program.
                 [one] => self.look(one, path),
                 _ => self.records(&group, &join(path, sensor(group[0]).unwrap_or_default()), Some(SENSOR)),
             }
@@ -295,7 +295,7 @@ impl<'a> Found<'a> {
         true
     }
 
-    /// Objects in a list: rows whose cells have names, but for the one `without`.
+    /// Objects in a list: rows of named cells, except the field `without`.
     fn records(&mut self, elements: &[&'a Node], path: &str, without: Option<&str>) {
         let mut header: Vec<String> = Vec::new();
         let mut places: HashMap<String, usize> = HashMap::new();
@@ -328,7 +328,7 @@ impl<'a> Found<'a> {
         self.grids.push(Grid { name: path.to_owned(), place: path.to_owned(), header: Some(header), rows });
     }
 
-    /// The scalars of a row with their names: `acc.x`, `v 1`.
+    /// The scalars of a row, with their names: `acc.x`, `v 1`.
     fn cells(&mut self, node: &'a Node, name: &str, cells: &mut Vec<(String, &'a Node)>) {
         match node {
             Node::Object(entries) => {
@@ -346,16 +346,16 @@ impl<'a> Found<'a> {
 }
 
 impl Grid<'_> {
-    /// The names above the rows; numbers for names would be a row.
+    /// The names above the rows; numbers in their place would be a row.
     fn header(&self) -> Option<&Vec<String>> {
         self.header.as_ref().filter(|names| names.iter().all(|name| name.parse::<f64>().is_err()))
     }
 
-    /// One line a row, tabs between cells, or why not.
+    /// One line per row with tabs between cells, or the reason why this is not possible.
     fn text(&self) -> Result<String, String> {
         let width = self.rows.iter().map(Vec::len).max().unwrap_or(0);
         let cells: usize = self.rows.iter().map(|row| row.iter().flatten().count()).sum();
-        // Rows that have hardly a name in common would take far more memory than they hold.
+        // Rows with hardly any common names would take far more memory than their content.
         if self.rows.len() * width > 64 * cells + (1 << 16) {
             let rows = self.rows.len();
             return Err(format!("its {cells} values are scattered over {rows} rows and {width} columns"));

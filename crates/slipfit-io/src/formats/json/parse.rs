@@ -1,4 +1,4 @@
-//! JSON as programs write it: with `NaN` and `Infinity` too, and with several values one after the other.
+//! JSON as programs write it: also with `NaN` and `Infinity`, and with several values in succession.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -6,7 +6,7 @@ use std::fmt;
 use serde::Deserialize;
 use serde::de::{Deserializer, MapAccess, SeqAccess, Visitor};
 
-/// Values at most: a gigabyte of them.
+/// Maximum number of values: one gigabyte of them.
 const MOST: usize = (1 << 30) / size_of::<Node>();
 
 /// A value; objects keep the order of their names.
@@ -21,7 +21,7 @@ pub(super) enum Node {
     Object(Vec<(String, Node)>),
 }
 
-/// All values of a text, or why not and in which line.
+/// All values of a text, or the problem and its line.
 pub(super) fn parse(text: &[u8]) -> Result<Vec<Node>, String> {
     let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
     let marks = text.iter().filter(|b| matches!(b, b',' | b'[' | b'{' | b'\n')).count();
@@ -34,7 +34,7 @@ pub(super) fn parse(text: &[u8]) -> Result<Vec<Node>, String> {
     values.collect::<Result<_, _>>().map_err(|error| error.to_string())
 }
 
-/// The text with `null` in place of the words that Python and JavaScript write outside of the standard.
+/// The text with `null` in place of the non-standard words that Python and JavaScript write.
 fn with_null_for_words(text: &str) -> Cow<'_, str> {
     const WORDS: [&str; 4] = ["-Infinity", "Infinity", "-NaN", "NaN"];
     if !WORDS.iter().any(|word| text.contains(word)) {
@@ -52,7 +52,7 @@ fn with_null_for_words(text: &str) -> Cow<'_, str> {
     Cow::Owned(out)
 }
 
-/// Bytes of a text from its opening quote to behind its closing one.
+/// Number of bytes from the opening quote of a text to the end of its closing quote.
 fn end_of_quote(text: &str) -> usize {
     let mut escaped = false;
     for (at, byte) in text.bytes().enumerate().skip(1) {
@@ -147,7 +147,7 @@ mod tests {
             ("\"a\\\"b\\\\ \\ud83d\\ude00\\n\"", text("a\"b\\ \u{1f600} ")),
             ("true", text("true")),
             ("{}", Node::Object(Vec::new())),
-            // One third to the last digit.
+            // One third, exact to the last digit.
             ("0.3333333333333333", number(1.0 / 3.0)),
         ] {
             assert_eq!(parse(written.as_bytes()), Ok(vec![read]), "{written}");

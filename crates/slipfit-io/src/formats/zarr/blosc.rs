@@ -1,5 +1,5 @@
-//! Blosc 1, in which zarr-python packed chunks by default before version 3: blocks, their bytes sorted by
-//! significance, each packed by itself. The format is described in c-blosc's `README_CHUNK_FORMAT.rst`.
+//! Blosc 1, with which zarr-python packed chunks by default before version 3: separately packed blocks, whose bytes are
+//! sorted by significance. The format is described in c-blosc's `README_CHUNK_FORMAT.rst`.
 
 use std::io;
 
@@ -11,7 +11,7 @@ const SORTED: u8 = 1;
 const PLAIN: u8 = 2;
 const BITS_SORTED: u8 = 4;
 const UNSPLIT: u8 = 16;
-/// A block of this many numbers, of no more bytes each, is packed byte by byte.
+/// A block of at least this many numbers, each of at most this many bytes, is packed byte by byte.
 const SPLIT_FROM: usize = 128;
 const MOST_SPLITS: usize = 16;
 
@@ -55,7 +55,7 @@ pub(super) fn unpacked(packed: &[u8], size: usize) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// A part that packing would have lengthened stands as it is.
+/// A part that compression would have lengthened is stored uncompressed.
 fn part_of_block(packing: u8, part: &[u8], size: usize) -> io::Result<Vec<u8>> {
     if part.len() == size {
         return Ok(part.to_vec());
@@ -68,7 +68,8 @@ fn part_of_block(packing: u8, part: &[u8], size: usize) -> io::Result<Vec<u8>> {
     }
 }
 
-/// Whole numbers from their first bytes, their second bytes and so on; what makes no number stands at the end.
+/// Restores numbers from all their first bytes, all their second bytes and so on; an incomplete number is left at the
+/// end.
 fn unsorted(sorted: &[u8], width: usize) -> impl Iterator<Item = u8> {
     let count = sorted.len() / width;
     let numbers =

@@ -1,4 +1,4 @@
-//! How chunks are packed.
+//! Compression of chunks.
 
 use std::io;
 
@@ -23,7 +23,7 @@ impl Codec {
         }
     }
 
-    /// What was packed, of `size` bytes; one byte more tells of a chunk that is larger.
+    /// Unpacked bytes, `size` of them; one byte more indicates a chunk that is larger.
     pub(super) fn undo(self, packed: &[u8], size: usize) -> io::Result<Vec<u8>> {
         match self {
             Self::Gzip => unpack::gzip(packed, size),

@@ -9,7 +9,7 @@ use super::codec::Codec;
 use crate::error::ReadProblem;
 use crate::tables::binary::Stored;
 
-/// An array of three dimensions; its chunks are read when they are asked for.
+/// An array of three dimensions; its chunks are read on demand.
 pub(crate) struct Cube {
     pub(super) folder: PathBuf,
     pub(super) shape: [usize; 3],
@@ -18,12 +18,12 @@ pub(crate) struct Cube {
     /// Steps from one number of a chunk to the next, along each axis.
     pub(super) strides: [usize; 3],
     pub(super) stored: Stored,
-    /// Stands where a chunk is missing.
+    /// Value of missing chunks.
     pub(super) fill: f64,
-    /// Between the places of a chunk in the name of its file, and before them.
+    /// Separator of the indices of a chunk in the name of its file, and the prefix of that name.
     pub(super) separator: char,
     pub(super) prefix: &'static str,
-    /// In the order in which a writer applies them.
+    /// In the order in which they are applied on writing.
     pub(super) codecs: Vec<Codec>,
 }
 
@@ -38,7 +38,7 @@ impl Cube {
         wanted[axis] = range;
         let count = wanted.iter().try_fold(1_usize, |n, part| n.checked_mul(part.len()));
         let mut values = Vec::new();
-        // A description may name any shape.
+        // A description may state any shape.
         let held = count.filter(|count| values.try_reserve_exact(*count).is_ok());
         let count = held.ok_or_else(|| refused("a part of it is larger than memory".to_owned()))?;
         values.resize(count, self.fill);
@@ -54,7 +54,7 @@ impl Cube {
         Ok(values)
     }
 
-    /// The chunks along an axis that a part of it lies in.
+    /// The chunks along an axis that overlap a range.
     fn over(&self, axis: usize, part: &Range<usize>) -> Range<usize> {
         if part.is_empty() {
             0..0
@@ -63,7 +63,7 @@ impl Cube {
         }
     }
 
-    /// A chunk as its numbers are stored; `None` where nothing was written.
+    /// A chunk as its numbers are stored; `None` if nothing was written.
     fn bytes(&self, place: [usize; 3]) -> Result<Option<Vec<u8>>, ReadProblem> {
         let name = place.map(|p| p.to_string()).join(&self.separator.to_string());
         let name = format!("{}{name}", self.prefix);
@@ -85,7 +85,7 @@ impl Cube {
         })
     }
 
-    /// Puts the numbers of a chunk where they belong in the part that is wanted.
+    /// Copies the numbers of a chunk to their positions in the requested part.
     fn copy(&self, bytes: &[u8], place: [usize; 3], wanted: &[Range<usize>; 3], values: &mut [f64]) {
         let first = [0, 1, 2].map(|a| place[a] * self.chunk[a]);
         let both = [0, 1, 2].map(|a| {

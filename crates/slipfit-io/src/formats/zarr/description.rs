@@ -1,4 +1,4 @@
-//! What `.zarray` and `zarr.json` say of an array.
+//! Description of an array in `.zarray` and `zarr.json`.
 
 use std::fs;
 use std::io;
@@ -12,9 +12,9 @@ use crate::error::ReadProblem;
 use crate::formats::npy;
 use crate::tables::binary::Stored;
 
-/// Bytes of a chunk, at most: as many as its packing can name.
+/// Maximum number of bytes of a chunk: the largest size that its compression can state.
 const LARGEST_CHUNK: usize = i32::MAX as usize;
-/// Bytes of a description, at most.
+/// Maximum number of bytes of a description.
 const LONGEST: u64 = 1 << 24;
 
 /// A folder of a store.
@@ -23,7 +23,7 @@ pub(super) enum Node {
     Array(Array),
 }
 
-/// An array as it describes itself.
+/// Description of an array.
 pub(super) struct Array {
     version: Version,
     text: Value,
@@ -36,7 +36,7 @@ enum Version {
     Three,
 }
 
-/// What a folder is; `None` where it is no part of a store.
+/// Kind of a folder; `None` if it is not part of a store.
 pub(super) fn node(folder: &Path) -> Result<Option<Node>, ReadProblem> {
     if let Some(text) = json(&folder.join("zarr.json"))? {
         let attributes = text["attributes"].clone();
@@ -80,7 +80,7 @@ impl Array {
         lengths.into_iter().flatten().map(|length| length.as_u64().unwrap_or_default()).collect()
     }
 
-    /// Its unit and where its numbers are.
+    /// Its unit, and access to its numbers.
     pub(super) fn cube(self, folder: PathBuf) -> Result<(String, Cube), ReadProblem> {
         let Self { version, text, attributes } = self;
         let unit = ["units", "unit"].iter().find_map(|name| attributes[name].as_str());

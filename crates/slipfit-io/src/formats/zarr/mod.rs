@@ -1,4 +1,4 @@
-//! Arrays of zarr, of both versions in use: a folder with a description and chunks of numbers.
+//! Zarr arrays in both versions in use: a folder with a description and chunks of numbers.
 
 mod blosc;
 mod codec;
@@ -16,11 +16,11 @@ use crate::tables::known::{Known, not_found};
 use cube::refused;
 use description::{Array, Node, node};
 
-/// Groups in groups that are followed, and nodes that are looked at.
+/// Maximum depth of nested groups, and maximum number of nodes examined.
 const DEEPEST: usize = 16;
 const MOST_NODES: usize = 10_000;
 
-/// Shape, unit and numbers of the array of three dimensions that `name` says, or of the only one.
+/// Shape, unit and numbers of the three-dimensional array called `name`, or of the only one.
 pub(crate) fn cube(path: &Path, name: Option<&str>) -> Result<([usize; 3], String, Cube), ReadProblem> {
     let mut found = Vec::new();
     if let Some(name) = name {
@@ -51,15 +51,15 @@ pub(crate) fn cube(path: &Path, name: Option<&str>) -> Result<([usize; 3], Strin
 
 type Found = (String, PathBuf, Array);
 
-/// What the store holds, as far as it can be read.
+/// The readable content of the store.
 fn known(path: &Path) -> Vec<Known> {
     let (mut left, mut found) = (MOST_NODES, Vec::new());
-    // What cannot be read is none of those to choose from.
+    // Unreadable nodes are not listed.
     let _ = search(path, "", DEEPEST, &mut left, &mut found);
     found.into_iter().map(|(path, _, array)| Known { path, shape: array.shape() }).collect()
 }
 
-/// The arrays in a group and those in it.
+/// The arrays in a group and in its subgroups.
 fn search(
     folder: &Path,
     name: &str,

@@ -1,4 +1,4 @@
-//! Streams unpacked up to a size, and a byte more where there is more.
+//! Unpacking of streams up to a size, plus one byte if there is more.
 
 use std::io::{self, Read};
 
