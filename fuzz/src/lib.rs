@@ -1,14 +1,14 @@
-//! What every target does with its bytes: read them in every way there is, and hold the memory
-//! that takes to a multiple of them; or analyse the numbers they make.
+//! Actions of the fuzz targets on their bytes: reading them in all possible ways, with memory limited to a multiple of
+//! them; or an analysis of the numbers built from them.
 //!
-//! A checksum or a compressor keeps changed bytes from the reader behind it, so the packed
-//! formats have a way in which the bytes are packed first.
+//! A checksum or a compressor keeps changed bytes from the reader behind it; for packed formats there is therefore a
+//! variant in which the bytes are packed first.
 
 use std::io::{Cursor, Write as _};
 use std::panic;
 use std::sync::Once;
 
-/// Hostile numbers for the analyses, as the core's property tests make them.
+/// Hostile numbers for the analyses, as used in the property tests of the core.
 #[path = "../../crates/slipfit/tests/hostile/mod.rs"]
 mod numbers;
 
@@ -20,14 +20,13 @@ use zip::{CompressionMethod, ZipWriter};
 #[global_allocator]
 static PEAK: PeakAlloc = PeakAlloc;
 
-/// What may be asked for beside a multiple of the input: windows of the readers.
+/// Memory that may be requested in addition to a multiple of the input: windows of the readers.
 const WINDOWS: usize = 24 << 20;
-/// The multiple, and that of bytes which a compressor may have packed a thousandfold.
+/// The multiple, and that for bytes which a compressor may have packed a thousandfold.
 const TIMES: usize = 64;
 const TIMES_PACKED: usize = 12_000;
 
-/// The multiples of packed columns: Zstandard repeats 128 KiB by four bytes, deflate and LZF come one
-/// upon the other.
+/// The multiples for packed columns: Zstandard encodes 128 KiB by four bytes, deflate and LZF can be combined.
 const TIMES_ARROW: usize = 1 << 15;
 const TIMES_HDF5: usize = 4000;
 
@@ -41,7 +40,7 @@ pub fn hdf5(bytes: &[u8]) {
     read(bytes, TIMES_HDF5);
 }
 
-/// Reads an OpenDocument spreadsheet, of these bytes as its cells where they are none.
+/// Reads an OpenDocument spreadsheet; bytes that are not one become its cells.
 pub fn ods(bytes: &[u8]) {
     if bytes.starts_with(b"PK") {
         return read(bytes, TIMES_PACKED);
@@ -55,7 +54,7 @@ pub fn bytes(bytes: &[u8]) {
     read(bytes, TIMES);
 }
 
-/// Reads gzip, of these bytes where they are none.
+/// Reads gzip; bytes that are not gzip are packed first.
 pub fn gzip(bytes: &[u8]) {
     if bytes.starts_with(b"\x1f\x8b") {
         return read(bytes, TIMES_PACKED);
@@ -68,17 +67,17 @@ pub fn gzip(bytes: &[u8]) {
     }
 }
 
-/// Reads a NumPy archive, of one or two arrays of these bytes where they are none.
+/// Reads a NumPy archive; bytes that are not one become one or two of its arrays.
 pub fn npz(bytes: &[u8]) {
     members(bytes, &["t.npy", "x.npy"]);
 }
 
-/// Reads a phyphox archive, of these bytes as its texts where they are none.
+/// Reads a phyphox archive; bytes that are not one become its texts.
 pub fn phyphox(bytes: &[u8]) {
     members(bytes, &["Raw Data.csv", "meta/time.csv", "meta/device.csv"]);
 }
 
-/// Reads an Excel workbook, of these bytes as its parts where they are none.
+/// Reads an Excel workbook; bytes that are not one become its parts.
 pub fn xlsx(bytes: &[u8]) {
     const PARTS: [&str; 5] = [
         "xl/worksheets/sheet1.xml",
@@ -90,22 +89,22 @@ pub fn xlsx(bytes: &[u8]) {
     members(bytes, &PARTS);
 }
 
-/// Analyses the ring-down that these bytes make.
+/// Analyses the ring-down built from these bytes.
 pub fn ringdown(bytes: &[u8]) {
     numbers::ringdown(bytes);
 }
 
-/// Analyses the resonance curve that these bytes make.
+/// Analyses the resonance curve built from these bytes.
 pub fn resonance(bytes: &[u8]) {
     numbers::resonance(bytes);
 }
 
-/// Analyses the drive levels that these bytes make.
+/// Analyses the drive levels built from these bytes.
 pub fn levels(bytes: &[u8]) {
     numbers::levels(bytes);
 }
 
-/// Analyses the series of measurements that these bytes make.
+/// Analyses the series of measurements built from these bytes.
 pub fn series(bytes: &[u8]) {
     numbers::series(bytes);
 }

@@ -1,9 +1,8 @@
-//! Files of every format, changed at random: no panic, no hang, no memory
-//! beyond a few times the input.
+//! Randomly changed files of every format: no panic, no hang, and memory limited to a few times the input.
 //!
-//! For a moment, or for as many files as `SLIPFIT_FUZZ_FILES` says, without coverage; `cargo xtask fuzz`
-//! is guided by coverage, one target a format. Seeds are the fixtures in
-//! `validation/reference/formats`. What fails is written to `target/fuzz` and named.
+//! The test runs for a moment, or for the number of files given by `SLIPFIT_FUZZ_FILES`, without coverage;
+//! `cargo xtask fuzz` is guided by coverage, with one target per format. Seeds are the fixtures in
+//! `validation/reference/formats`. Failing inputs are written to `target/fuzz` and named.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
 use std::io::Write as _;
@@ -18,24 +17,24 @@ use slipfit_io::{Format, ReadOptions, read_from, read_tables, read_tables_from};
 #[global_allocator]
 static PEAK: PeakAlloc = PeakAlloc;
 
-/// Longer than any file of this size may take, on a busy machine as well.
+/// Longer than any file of this size may take, even on a busy machine.
 const HANGS_AFTER: Duration = Duration::from_secs(60);
-/// What may be asked for beside a multiple of the input: windows of the readers.
+/// Memory that may be requested in addition to a multiple of the input: windows of the readers.
 const WINDOWS: usize = 24 << 20;
-/// Deflate packs a thousandfold, so that packed formats may ask for more.
+/// Deflate packs a thousandfold, so packed formats may request more.
 fn most_times(format: Format) -> usize {
     match format {
         Format::Gzip | Format::Zip | Format::Npz | Format::Xlsx | Format::Ods | Format::Mat5 => 12_000,
-        // As many numbers as bytes of silence can stand for.
+        // The number of samples that bytes of silence can represent.
         Format::Flac | Format::Mp3 | Format::Mp4 | Format::Ogg | Format::Aac => 30_000,
-        // Zstandard repeats 128 KiB by four bytes; LZF, deflate and shuffle come one upon the other.
+        // Zstandard encodes 128 KiB by four bytes; LZF, deflate and shuffle can be combined.
         Format::Arrow => 1 << 15,
         Format::Hdf5 => 4000,
         _ => 400,
     }
 }
 
-/// Seeds beside the fixtures, of formats and packings that those do not hold.
+/// Seeds in addition to the fixtures, for formats and compressions that these do not contain.
 const WRITERS: &[&str] = &[
     "constant_zstd.feather",
     "polars_zstd.arrow",
@@ -70,18 +69,18 @@ impl Random {
     }
 }
 
-/// Numbers at which lengths and counts go wrong.
+/// Edge values of lengths and counts.
 const EDGES: [u64; 12] =
     [0, 1, 7, 0x7f, 0x80, 0xff, 0x7fff, 0xffff, 0x7fff_ffff, 0xffff_ffff, 0x7fff_ffff_ffff_ffff, u64::MAX];
 
-/// One to eight changes of a file, some with parts of another.
+/// One to eight changes of a file, some of them with parts of another file.
 fn mutated(seed: &[u8], other: &[u8], random: &mut Random) -> Vec<u8> {
     let mut bytes = seed.to_vec();
     for _ in 0..=random.below(8) {
         if bytes.is_empty() {
             return bytes;
         }
-        // Headers are where files break: half of the damage is done there.
+        // Files break mostly in their headers: half of the damage is done there.
         let reach = if random.below(2) == 0 { bytes.len().min(512) } else { bytes.len() };
         let at = random.below(reach);
         match random.below(9) {
@@ -130,7 +129,7 @@ fn target(bytes: &[u8]) {
     let _ = read_tables_from(bytes, "fuzzed", 10_000);
 }
 
-/// The case in hand, for the watch.
+/// The current case, for the watch.
 #[derive(Default)]
 struct Watch {
     started: AtomicU64,
@@ -145,7 +144,7 @@ fn keep(name: &str, bytes: &[u8]) -> PathBuf {
     path
 }
 
-/// No message and no backtrace for a decoder whose panics are errors: symbols take more memory than files.
+/// Suppresses message and backtrace for a decoder whose panics are errors: symbols take more memory than files.
 fn quiet_where_guarded() {
     let loud = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |info| {
@@ -155,7 +154,7 @@ fn quiet_where_guarded() {
     }));
 }
 
-/// For so long, or for so many files where a number is given.
+/// Runs for a time, or for a number of files if one is given.
 fn run(time: Duration, files: Option<u64>) {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../validation/reference/");
     let formats = std::fs::read_dir(format!("{folder}formats")).unwrap().map(|e| e.unwrap().path());
@@ -234,7 +233,7 @@ fn changed_files_are_read_or_refused() {
     run(Duration::from_secs(5), files.map(|number| number.parse().unwrap()));
 }
 
-/// What fuzzing has found once.
+/// A case found by fuzzing.
 #[test]
 fn columns_outside_of_a_parquet_file_are_refused() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../validation/reference/formats");
@@ -248,7 +247,7 @@ fn columns_outside_of_a_parquet_file_are_refused() {
     }
 }
 
-/// What reached most of the readers, and what has broken one once.
+/// Inputs that reached most of the readers, and inputs that once broke one.
 #[test]
 fn every_file_of_the_corpora_is_read_or_refused() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fuzz/corpus");

@@ -15,16 +15,16 @@ slipfit_real_data::tests! {
     a_real_sound_is_read,
 }
 
-/// A file of the ring-downs.
+/// Path of a file of the ring-downs.
 fn ringdown(file: &str) -> PathBuf {
     slipfit_real_data::path("ringdown").join(file)
 }
 
-/// What a file should be read as.
+/// Expected result for a file.
 struct Expected {
     file: &'static str,
     rate_hz: Option<f64>,
-    /// Time column, 0 for a rate; signal column.
+    /// Time column, 0 if there is a rate; signal column.
     columns: (usize, usize),
     unit: &'static str,
     kind: SignalKind,
@@ -91,7 +91,7 @@ fn real_text_files_are_read_right() {
         );
         assert_eq!(record.len() as u64, want.rows, "{file}");
         let times = record.times_s(0..record.len());
-        // A rebuilt clock is known to what it leaves of the stamps.
+        // A rebuilt clock is known to within its deviation from the stamps.
         let close_s = 6e-4 + record.clock_report().rebuilt_excess_s;
         assert!((times[0] - want.first_s).abs() < close_s, "{file}: starts at {}", times[0]);
         assert!(
@@ -120,7 +120,7 @@ fn real_clocks_are_reported_as_they_are() {
     assert!((interval_s * 30.0127 - 1.0).abs() < 1e-4);
     let (_, report) = clock("triple_pendulum_in_water.csv");
     assert_eq!((report.repeated_stamps, report.rebuilt_quantum_s), (709, Some(0.1)));
-    // Rounded to three digits, and rows were lost: the rate is advised.
+    // Times rounded to three digits, with lost rows: the rate is advised.
     let video = read(ringdown("bychai_60deg.txt"), &ReadOptions::default()).unwrap();
     let advice = |n: &slipfit_io::Note| {
         n.hints.iter().any(|h| h.option == Some("rate_hz") && h.to_string().ends_with(", 30"))
@@ -137,7 +137,7 @@ fn real_rates_and_steps_are_taken_from_the_file() {
     let rig = reading("highrate5_Test001.lvm");
     let Clock::Uniform { interval_s, .. } = *rig.record.clock() else { panic!("rounded times") };
     assert!((interval_s * 51_200.0 - 1.0).abs() < 1e-9, "{interval_s}");
-    // A track in pixels beside an angle that was never filled in.
+    // A track in pixels next to an angle that was never filled in.
     let track = reading("pixels_240fps.csv");
     assert_eq!((columns(&track), track.record.kind()), ((1, 2), SignalKind::Displacement));
     for (file, time, duration_s) in
@@ -188,7 +188,7 @@ fn a_real_sound_is_read() {
     let bell = read(ringdown("bell_440hz.wav"), &ReadOptions::default()).unwrap();
     assert_eq!(bell.report.time, Some(TimeSource::Rate(44100.0)));
     assert_eq!(bell.report.bytes, 2_355_756);
-    // 16 bit mono behind a header of 44 bytes and a tail of tags.
+    // 16 bit mono with a header of 44 bytes and tags at the end.
     assert!((1_177_000..=1_177_856).contains(&bell.record.len()), "{}", bell.record.len());
     assert!(bell.record.signal().iter().all(|v| v.abs() <= 1.0));
 }

@@ -1,5 +1,5 @@
-//! Every measured file is read right or refused with a reason; damaged copies of each give an
-//! answer or a clear error, in memory that stays within a few times the input.
+//! Every measured file is read correctly or refused with a reason; damaged copies of each give an answer or a clear
+//! error, with memory limited to a few times the input.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
 use std::io::Write as _;
@@ -22,14 +22,14 @@ slipfit_real_data::tests! {
 #[global_allocator]
 static PEAK: PeakAlloc = PeakAlloc;
 
-/// One measures memory, all others wait.
+/// One test measures memory while all others wait.
 static ALONE: Mutex<()> = Mutex::new(());
 
 fn alone() -> std::sync::MutexGuard<'static, ()> {
     ALONE.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
 }
 
-/// Not by a macro: what those print, a passing test hides.
+/// Writes to stderr directly: the output of macros is hidden in a passing test.
 fn say(line: &str) {
     let _ = writeln!(std::io::stderr(), "{line}");
 }
@@ -49,15 +49,14 @@ fn name(path: &Path) -> String {
     path.file_name().unwrap().to_string_lossy().into_owned()
 }
 
-/// What must become of a file: a record with so many samples and its signal, or
-/// a refusal that says so.
+/// Expected outcome for a file: a record with this number of samples and this signal, or a refusal with this message.
 enum Outcome {
     Record { samples: usize, signal: &'static str, unit: &'static str },
     Refused(&'static str),
 }
 use Outcome::{Record, Refused};
 
-/// Outcomes of the files that the tests of text do not look at already.
+/// Outcomes of the files that the text tests do not cover.
 #[rustfmt::skip]
 const OUTCOMES: &[(&str, Format, Outcome)] = &[
     ("bell_440hz.wav", Format::Wav, Record { samples: 1_177_856, signal: "channel 1", unit: "" }),
@@ -166,7 +165,7 @@ fn the_beam_hit_by_a_hammer_is_flagged_and_its_mode_found_in_a_band() {
     assert!((0.99..=1.21).contains(&tau_s), "{tau_s}");
 }
 
-/// What the analysis doubts of a sheet of the phone's workbook.
+/// Warnings of the analysis of a sheet of the phone's workbook.
 fn doubts(path: &Path, sheet: &str) -> Vec<&'static str> {
     let options = ReadOptions { sheet: Some(sheet.into()), ..Default::default() };
     let reading = read(path, &options).unwrap();
@@ -178,14 +177,14 @@ fn doubts(path: &Path, sheet: &str) -> Vec<&'static str> {
 fn a_workbook_of_a_few_cycles_is_too_short() {
     let _alone = alone();
     let path = slipfit_real_data::path("ringdown/phyphox_five_sheets.xls");
-    // Its raw data hold seven cycles of hardly any decay, its autocorrelation three.
+    // Its raw data contain seven cycles with hardly any decay, its autocorrelation three.
     let unasked = read(&path, &ReadOptions::default()).unwrap();
     assert_eq!(unasked.report.sheet, "Raw Data");
     assert!(doubts(&path, "Raw Data").contains(&"not_separable"));
     assert!(doubts(&path, "Autocorrelation").contains(&"too_few_cycles"));
 }
 
-/// Numbers for the places of damage: the same on every machine.
+/// Random numbers for the positions of damage, the same on every machine.
 struct Seeded(u64);
 
 impl Seeded {
@@ -197,7 +196,7 @@ impl Seeded {
     }
 }
 
-/// Reads damaged bytes every way there is; returns the peak of memory over the input.
+/// Reads damaged bytes in every possible way; returns the peak memory in excess of the initial use.
 fn survive(bytes: &[u8], name: &str, rows: usize) -> f64 {
     PEAK.reset_peak_usage();
     let before = PEAK.current_usage();
@@ -211,13 +210,13 @@ fn survive(bytes: &[u8], name: &str, rows: usize) -> f64 {
     (PEAK.peak_usage() - before) as f64
 }
 
-/// Bytes allowed beside a multiple of the input: windows of the readers.
+/// Bytes allowed in addition to a multiple of the input: windows of the readers.
 const WINDOWS: f64 = 24e6;
-/// Text of one digit a cell becomes eight bytes a cell, twice while it grows;
-/// packed files are larger unpacked.
+/// Text with one digit per cell becomes eight bytes per cell, twice while the vector grows; packed files are larger
+/// unpacked.
 const TIMES: f64 = 40.0;
 
-/// So much of a text or a sound is damaged where time is short: what decides is in the beginning.
+/// Length of text or sound that is damaged if time is short: the beginning is decisive.
 const BEGINNING: usize = 32 << 10;
 
 fn damaged(path: &Path, truncated: usize, flipped: usize) {
@@ -242,7 +241,7 @@ fn damaged(path: &Path, truncated: usize, flipped: usize) {
     }
 }
 
-/// Copies of one file share the time there is: large ones are damaged less often.
+/// Copies of a file share the available time: large files are damaged less often.
 fn share(path: &Path, most: usize) -> usize {
     let size = std::fs::metadata(path).unwrap().len() as usize;
     (most * (40 << 10) / size.max(40 << 10)).max(most / 60).max(1)

@@ -68,7 +68,7 @@ fn real_raw_runs_become_the_curve_made_of_them_by_hand() {
             (by_hand.frequency_hz()[*a] - f).abs().total_cmp(&(by_hand.frequency_hz()[*b] - f).abs())
         });
         let j = j.unwrap();
-        // Another stretch of the same run, harmonics apart.
+        // Another interval of the same run, without harmonics.
         assert!((by_hand.frequency_hz()[j] / f - 1.0).abs() < 2e-3, "{}: {f}", run.path);
         let relative = ours[i] / hand[j];
         assert!((relative.norm() - 1.0).abs() < 0.03, "{}: {relative}", run.path);

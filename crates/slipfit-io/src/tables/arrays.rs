@@ -1,29 +1,28 @@
-//! Named arrays, as MATLAB, NumPy and HDF5 keep them, put together to tables.
+//! Named arrays of MATLAB, NumPy and HDF5 files, joined to tables.
 
 use crate::{columns::head::Head, tables::table::HeldTables};
 
-/// Columns of one table at most: a matrix wider than this is no table.
+/// Maximum number of columns of a table: a wider matrix is not a table.
 const MOST_COLUMNS: usize = 4096;
 
-/// An array on its way to a table.
+/// An array that will become part of a table.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Array {
-    /// The struct, group or archive it lies in; empty at the top.
+    /// The struct, group or archive that contains it; empty at the top level.
     pub(crate) parent: String,
     /// Its own name.
     pub(crate) name: String,
-    /// Its unit, where the file states one.
+    /// Its unit, if the file states one.
     pub(crate) unit: String,
-    /// Values that the file names of this array alone.
+    /// Values that the file names for this array only.
     pub(crate) named: Vec<(String, String)>,
     /// Columns of equal length.
     pub(crate) columns: Vec<Vec<f64>>,
 }
 
 impl Array {
-    /// A vector, or a matrix whose longer side runs along time. Values stand
-    /// with the first index running fastest if `first_fastest`. `None` of what
-    /// is neither.
+    /// A vector, or a matrix whose longer side is the time axis. The first index of `values` varies fastest if
+    /// `first_fastest`. `None` for other shapes.
     pub(crate) fn new(
         parent: &str,
         name: &str,
@@ -35,7 +34,7 @@ impl Array {
         let columns = match dims[..] {
             [rows] if rows > 1 && values.len() == rows => vec![values],
             [a, b] if a > 1 && b > 1 && values.len() == a.checked_mul(b)? => {
-                // The index that runs fastest goes along a column if it is the longer one.
+                // The fastest index runs along a column if it is the longer one.
                 let (inner, outer) = if first_fastest { (a, b) } else { (b, a) };
                 let (rows, columns) = (inner.max(outer), inner.min(outer));
                 if columns > MOST_COLUMNS {
@@ -66,16 +65,15 @@ impl Array {
     }
 }
 
-/// Names of the two parts of a complex array, as those of a lock-in or of a scattering parameter are named.
+/// Names of the two parts of a complex array, as used for a lock-in or a scattering parameter.
 pub(crate) fn parts(name: &str) -> [String; 2] {
     ["in-phase", "quadrature"].map(|part| format!("{name} {part}").trim().to_owned())
 }
 
-/// Values named in a struct, group or archive, by where they lie.
+/// Values named in a struct, group or archive, with their place.
 pub(crate) type NamedValues = Vec<(String, String, String)>;
 
-/// One table for each place and length: arrays that lie together and are
-/// equally long belong together.
+/// One table per place and length: arrays in the same place with equal lengths belong together.
 pub(crate) fn tables(arrays: Vec<Array>, named: &NamedValues) -> HeldTables {
     let mut groups: Vec<Vec<Array>> = Vec::new();
     for array in arrays {
@@ -134,7 +132,7 @@ mod tests {
     fn the_longer_side_runs_along_time() {
         let rows: Vec<f64> = (0..6).map(f64::from).collect();
         let of = |dims: &[usize], first| Array::new("", "x", dims, rows.clone(), first).unwrap().columns;
-        // Three rows of two, in the two orders of memory.
+        // Three rows of two values, in the two memory orders.
         assert_eq!(of(&[3, 2], true), [[0.0, 1.0, 2.0], [3.0, 4.0, 5.0]]);
         assert_eq!(of(&[3, 2], false), [[0.0, 2.0, 4.0], [1.0, 3.0, 5.0]]);
         // Channels as rows.

@@ -1,22 +1,22 @@
-//! Cells beside the table of a sheet, such as a mean or the length of a pendulum: they are no part of its rows.
+//! Cells beside the table of a sheet, such as a mean or the length of a pendulum, which are not part of its rows.
 
 use std::collections::BTreeMap;
 
 use super::cell::{Cell, Place};
 
-/// Rows behind the first of a table of which most must hold a number too.
+/// Number of rows after the first row of a table, most of which must also hold a number.
 const LOOK_AHEAD: u32 = 5;
-/// Cells of a column that no record and no curve could be made of.
+/// Number of cells in a column that is too short for a record or a curve.
 const FEW: usize = 8;
-/// Cells of a column beside a table that is longer by far.
+/// Maximum number of cells in a column beside a much longer table.
 const SOME: usize = 64;
-/// Lines of a note.
+/// Number of lines shown in a note.
 const SHOWN: usize = 4;
 
-/// The cells beside the table, in order: those of columns that hold few cells and end in its first half.
+/// The cells beside the table, in order: those of columns that hold few cells and end in the first half of the table.
 pub(super) fn find(cells: &BTreeMap<Place, Cell>) -> Vec<Place> {
     let Some(first_row) = first_row(cells) else { return Vec::new() };
-    // Of each column the cells below the header and the last row of one.
+    // For each column, the number of cells below the header and the last row with a cell.
     let mut columns: BTreeMap<u32, (usize, u32)> = BTreeMap::new();
     for &(row, column) in cells.range((first_row, 0)..).map(|(place, _)| place) {
         let (count, last) = columns.entry(column).or_default();
@@ -33,13 +33,13 @@ pub(super) fn find(cells: &BTreeMap<Place, Cell>) -> Vec<Place> {
     let table: Vec<u32> = columns.keys().copied().filter(|&column| !is_aside(column)).collect();
     let Some(&left) = table.first() else { return Vec::new() };
     let header = (0..first_row).rev().take(2).take_while(|row| is_header(cells, *row, &table)).last();
-    // Without a header settings may stand in front of samples that are rows too.
+    // Without a header, settings in front of the samples may be rows themselves.
     let is_beside = |column: u32| is_aside(column) && (column > left || header.is_some());
     let below = cells.range((header.unwrap_or(first_row), 0)..);
     below.map(|(place, _)| *place).filter(|(_, column)| is_beside(*column)).collect()
 }
 
-/// The first row of the column that holds the most numbers.
+/// The first row of the column with the most numbers.
 fn first_row(cells: &BTreeMap<Place, Cell>) -> Option<u32> {
     let is_number = |cell: &Cell| matches!(cell, Cell::Number(_));
     let mut numbers: BTreeMap<u32, usize> = BTreeMap::new();
@@ -55,7 +55,7 @@ fn first_row(cells: &BTreeMap<Place, Cell>) -> Option<u32> {
     rows.into_iter().find(begins)
 }
 
-/// Whether a row names most columns of a table. A lone column may have a statement such as `Sample rate`, `100`, `Hz`
+/// Whether a row names most columns of a table. A single column may have a statement such as `Sample rate`, `100`, `Hz`
 /// above it.
 fn is_header(cells: &BTreeMap<Place, Cell>, row: u32, table: &[u32]) -> bool {
     let is_text = |column: u32| matches!(cells.get(&(row, column)), Some(Cell::Text(_)));
@@ -67,7 +67,7 @@ fn is_header(cells: &BTreeMap<Place, Cell>, row: u32, table: &[u32]) -> bool {
     2 * named > table.len() && (table.len() > 1 || !states_a_number())
 }
 
-/// The cells as lines of a text, and what to say of them.
+/// The cells as lines of text, and a note on them.
 pub(super) fn lines(cells: &BTreeMap<Place, Cell>, aside: &[Place]) -> (Vec<String>, Option<String>) {
     let rows = aside.chunk_by(|a, b| a.0 == b.0);
     let lines: Vec<String> = rows
@@ -92,7 +92,7 @@ pub(super) fn lines(cells: &BTreeMap<Place, Cell>, aside: &[Place]) -> (Vec<Stri
     (lines, Some(note))
 }
 
-/// A cell as a spreadsheet names it.
+/// A cell reference as used in spreadsheets.
 fn name((row, column): Place) -> String {
     let (mut letters, mut left) = (Vec::new(), column + 1);
     while left > 0 {
@@ -124,7 +124,7 @@ mod tests {
         let number = |place| (place, Cell::Number(0.5));
         for beside in [
             vec![word((1, 3)), number((1, 4))],
-            // In the row of the header, and beside it without a gap.
+            // In the row of the header, and next to it without a gap.
             vec![word((0, 2)), number((1, 2))],
             vec![word((9, 7)), number((10, 7))],
         ] {

@@ -1,6 +1,6 @@
 //! Numbers as they are stored in binary files.
 
-/// How the bytes of a number are to be understood.
+/// Interpretation of the bytes of a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
     Float,
@@ -8,17 +8,17 @@ pub(crate) enum Kind {
     Unsigned,
 }
 
-/// A number in a file.
+/// Storage of a number in a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Stored {
     pub(crate) kind: Kind,
-    /// 1 to 8; of floats 2, 4 or 8.
+    /// 1 to 8; 2, 4 or 8 for floats.
     pub(crate) bytes: usize,
     pub(crate) big_endian: bool,
 }
 
 impl Stored {
-    /// A number of a kind and a size; `None` if there are none of this size.
+    /// A number with a kind and a size; `None` if this size does not exist.
     pub(crate) fn new(kind: Kind, bytes: usize, big_endian: bool) -> Option<Self> {
         let known = match kind {
             Kind::Float => matches!(bytes, 2 | 4 | 8),
@@ -47,7 +47,7 @@ impl Stored {
         }
     }
 
-    /// One number after the other; bytes at the end that make no number are left.
+    /// Successive numbers; bytes at the end that do not form a number are ignored.
     pub(crate) fn all(self, bytes: &[u8]) -> Vec<f64> {
         bytes.chunks_exact(self.bytes).map(|number| self.read(number)).collect()
     }

@@ -1,4 +1,4 @@
-//! Guard about third-party decoders that panic on some broken files.
+//! Guard around third-party decoders that panic on some corrupt files.
 
 use std::any::Any;
 use std::cell::Cell;
@@ -14,13 +14,13 @@ thread_local! {
 
 /// Whether this thread runs a decoder whose panic becomes a [`ReadProblem::Broken`].
 ///
-/// A program that does not want such a panic's message on stderr asks this in its panic hook.
+/// A program that should not print the message of such a panic to stderr checks this in its panic hook.
 #[must_use]
 pub fn panic_becomes_error() -> bool {
     GUARDED.get()
 }
 
-/// Runs a decoder; what it breaks on in a panic is not used again.
+/// Runs a decoder; data left invalid by a panic are not used again.
 pub(crate) fn guarded<T, E>(
     format: Format,
     decode: impl FnOnce() -> Result<T, E>,
@@ -37,12 +37,12 @@ pub(crate) fn guarded<T, E>(
     }
 }
 
-/// Memory that any file may ask for.
+/// Memory that any file may request.
 #[cfg(any(feature = "arrow", feature = "hdf5"))]
 const SMALL: usize = 1 << 24;
 
-/// Bytes that so many packed bytes may unpack to: what their packing can do at best, but no more
-/// than [`BUDGET`] or, of a file larger than that, a few times its size.
+/// Maximum number of bytes to which `packed` bytes may unpack: the limit of their compression, but at most [`BUDGET`]
+/// or, for a file larger than that, a few times its size.
 #[cfg(any(feature = "arrow", feature = "hdf5"))]
 pub(crate) fn budget(packed: usize, most_times: usize) -> usize {
     let affordable = BUDGET.max(packed.saturating_mul(8));

@@ -1,16 +1,16 @@
-//! Arrays of a file or a store by their names.
+//! Arrays of a file or a store, by name.
 
-/// Names that a message holds.
+/// Maximum number of names in a message.
 const NAMED: usize = 20;
 
 /// An array of a file or a store.
 pub(crate) struct Known {
-    /// Its path, from the root on.
+    /// Its path from the root.
     pub(crate) path: String,
     pub(crate) shape: Vec<u64>,
 }
 
-/// Says that there is no array of this name, or none of three axes, and which there are.
+/// Message that there is no array of this name, or none with three axes, and which arrays there are.
 pub(crate) fn not_found(what: &str, name: Option<&str>, known: &[Known]) -> String {
     let missing = match name {
         Some(name) => format!("there is no {what} {name} in it"),
@@ -20,7 +20,7 @@ pub(crate) fn not_found(what: &str, name: Option<&str>, known: &[Known]) -> Stri
         let lengths: Vec<String> = shape.iter().map(u64::to_string).collect();
         format!("{} ({})", if path.is_empty() { "/" } else { path }, lengths.join(" × "))
     };
-    // Those of three axes first: one of them is meant.
+    // Arrays with three axes come first: one of them is intended.
     let (cubes, others): (Vec<_>, Vec<_>) = known.iter().partition(|one| one.shape.len() == 3);
     let mut names: Vec<String> = cubes.into_iter().chain(others).take(NAMED).map(with_shape).collect();
     if known.len() > NAMED {

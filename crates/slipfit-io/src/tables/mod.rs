@@ -1,4 +1,4 @@
-//! Tables of named columns: their sources, arrays and sheets put together to tables, and text.
+//! Tables of named columns: their sources, tables made from arrays and sheets, and text.
 
 pub(crate) mod arrays;
 #[cfg(feature = "excel")]

@@ -1,5 +1,5 @@
-//! Sheets of a workbook, laid out as text so that the reader of texts finds
-//! header, units, tables side by side and runs in them as in any other table.
+//! Sheets of a workbook, written out as text so that the text reader finds headers, units, tables side by side and runs
+//! in them as in any other table.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -20,7 +20,7 @@ use crate::{
 #[derive(Debug, Default)]
 pub(crate) struct Sheet {
     pub(crate) name: String,
-    /// Whether cells were left unread because enough had been seen.
+    /// Whether cells were left unread because enough had been read.
     pub(crate) cut: bool,
     cells: BTreeMap<Place, Cell>,
 }
@@ -34,7 +34,7 @@ impl Sheet {
         self.cells.insert((row, column), cell);
     }
 
-    /// The tables in it, one below the other, or why there is none; cells beside them are values that they name.
+    /// The tables in it from top to bottom, or the reason why there is none; cells beside them become named values.
     fn tables(&self) -> Result<Vec<Held>, String> {
         let aside = aside::find(&self.cells);
         let text = self.text(&aside)?;
@@ -51,11 +51,10 @@ impl Sheet {
         Ok(tables)
     }
 
-    /// One line a row, tabs between cells but for those aside, or why not.
+    /// One line per row with tabs between the cells, excluding `aside`, or the reason why this is not possible.
     fn text(&self, aside: &[Place]) -> Result<String, String> {
         let within = || self.cells.iter().filter(|(place, _)| aside.binary_search(place).is_err());
-        // A lone cell far out would make a line of nothing but tabs: with few
-        // cells there are few tabs.
+        // A single remote cell would give a line of tabs only; the number of tabs is limited by that of cells.
         let mut wide: BTreeMap<u32, u32> = BTreeMap::new();
         for (&(row, column), _) in within() {
             wide.entry(row).and_modify(|w| *w = column.max(*w)).or_insert(column);
@@ -92,7 +91,7 @@ impl Sheet {
     }
 }
 
-/// The tables of all sheets that hold one, and why the others do not.
+/// The tables of all sheets that contain one, and the reasons why the others do not.
 pub(crate) fn tables(sheets: &[Sheet]) -> Result<HeldTables, String> {
     let mut tables = HeldTables::default();
     let mut problems = Vec::new();

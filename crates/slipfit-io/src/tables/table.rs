@@ -1,4 +1,4 @@
-//! Tables of named columns, whatever the format.
+//! Tables of named columns, independent of the format.
 
 use crate::{
     columns::{head::Head, name::Name, role::Role},
@@ -7,13 +7,12 @@ use crate::{
     report::{Dialect, Note, Skipped},
 };
 
-/// Rows handed on at once.
+/// Number of rows passed on at once.
 pub(crate) const BATCH: usize = 8192;
 
 /// All tables of a file, every column of them.
 ///
-/// This is what a sheet, a variable, a group or a text holds before anybody
-/// has decided which column is what.
+/// Content of a sheet, a variable, a group or a text before the columns are assigned roles.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Tables {
@@ -25,7 +24,7 @@ pub struct Tables {
     pub sha256: String,
     /// Its length in bytes.
     pub bytes: u64,
-    /// How the text is written; `None` of other formats.
+    /// How the text is written; `None` for other formats.
     pub dialect: Option<Dialect>,
     /// The tables in the order of the file, at least one.
     pub tables: Vec<Table>,
@@ -35,19 +34,19 @@ pub struct Tables {
 #[derive(Debug, Clone, PartialEq, Default)]
 #[non_exhaustive]
 pub struct Table {
-    /// Sheet, variable, group or track; empty where the file has one table only.
+    /// Sheet, variable, group or track; empty if the file has only one table.
     pub name: String,
     /// The columns in the order of the file.
     pub columns: Vec<Column>,
-    /// Samples per second (Hz), where the format itself states it.
+    /// Samples per second (Hz), if the format itself states it.
     pub rate_hz: Option<f64>,
-    /// Values named beside the table, such as a centre frequency, as written.
+    /// Values named outside the table, such as a centre frequency, as written.
     pub named_values: Vec<(String, String)>,
     /// Rows that gave no number in any column, by reason.
     pub skipped: Vec<Skipped>,
-    /// Whether rows were left unread because enough had been seen.
+    /// Whether rows were left unread because enough had been read.
     pub cut: bool,
-    /// Whatever else a reader of the numbers should know.
+    /// Further information for the user of the numbers.
     pub notes: Vec<Note>,
 }
 
@@ -55,11 +54,11 @@ pub struct Table {
 #[derive(Debug, Clone, PartialEq, Default)]
 #[non_exhaustive]
 pub struct Column {
-    /// Its header as written; empty without one.
+    /// Its header as written; empty if there is none.
     pub header: String,
     /// Its unit as written; empty if none is known.
     pub unit: String,
-    /// One value a row; NaN where the cell holds no number.
+    /// One value per row; NaN if the cell holds no number.
     pub values: Vec<f64>,
 }
 
@@ -70,8 +69,7 @@ impl Table {
         self.columns.first().map_or(0, |c| c.values.len())
     }
 
-    /// Whether a column is a frequency or a period of a drive: the table is a
-    /// sweep rather than a record in time.
+    /// Whether a column is a frequency or a period of a drive, so that the table is a sweep and not a record in time.
     #[must_use]
     pub fn is_sweep(&self) -> bool {
         self.columns.iter().any(|c| {
@@ -85,20 +83,20 @@ impl Table {
     }
 }
 
-/// Some rows of the columns wanted.
+/// Some rows of the requested columns.
 pub(crate) struct Batch<'a> {
-    /// One slice a column, NaN where a row has no number.
+    /// One slice per column, NaN if a row has no number.
     pub(crate) columns: &'a [&'a [f64]],
-    /// Number of the first row in the file, where rows are lines of it.
+    /// Line number of the first row in the file, if rows are lines of it.
     pub(crate) line: Option<u64>,
-    /// Lines that are no rows and rows without a number, in order; empty where rows are no lines.
+    /// Lines that are not rows and rows without a number, in order; empty if rows are not lines.
     pub(crate) odd: &'a [Odd],
     /// Whether more rows have been read already.
     pub(crate) more: bool,
 }
 
 impl<'a> Batch<'a> {
-    /// Rows that are no lines of a text.
+    /// Rows that are not lines of a text.
     pub(crate) fn of(columns: &'a [&'a [f64]]) -> Self {
         Self { columns, line: None, odd: &[], more: false }
     }
@@ -108,7 +106,7 @@ impl<'a> Batch<'a> {
     }
 }
 
-/// A line that is no row, or a row in which a number is missing.
+/// A line that is not a row, or a row with a missing number.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Odd {
     /// The row of the batch, or the one after the line.
@@ -121,19 +119,19 @@ pub(crate) struct Odd {
 pub(crate) enum Reason {
     BlankLine,
     Remark,
-    /// A line of the header of a block among the rows.
+    /// A header line of a block among the rows.
     BlockHeader,
     /// Number of the column, from 1.
     TooFewCells(usize),
     NoValue(usize),
     Text(usize, String),
     NoNumber,
-    /// Names of other columns: another table begins.
+    /// Names of other columns, with which another table begins.
     OtherHeader,
 }
 
 impl Reason {
-    /// Whether it is a line that holds no row.
+    /// Whether this is a line without a row.
     pub(crate) fn is_no_row(&self) -> bool {
         matches!(self, Self::BlankLine | Self::Remark | Self::BlockHeader)
     }
@@ -182,40 +180,38 @@ impl LeftOut {
     }
 }
 
-/// Takes rows as they come; answers whether it wants more.
+/// Receives successive rows; returns whether more are wanted.
 pub(crate) type Sink<'a> = &'a mut dyn FnMut(Batch<'_>) -> bool;
 
-/// Rows from which columns are told apart.
+/// Number of rows from which the roles of columns are determined.
 const PREVIEW_ROWS: usize = 1 << 17;
 
-/// What every format is read through: tables that are described first and
-/// handed on column by column.
+/// Common interface of all formats: tables that are described first and then passed on column by column.
 pub(crate) trait TableSource {
     /// The tables in the order of the file.
     fn heads(&self) -> Vec<&Head>;
 
-    /// Hands the columns `wanted` of a table to `sink`, some rows at a time,
-    /// NaN where a row has no number, until it answers `false`. Returns the
-    /// rows that could not be handed on.
+    /// Passes the columns `wanted` of a table to `sink`, some rows at a time, with NaN if a row has no number, until
+    /// `sink` returns `false`. Returns the rows that could not be passed on.
     fn scan(&mut self, table: usize, wanted: &[usize], sink: Sink<'_>) -> Result<Vec<Skipped>, ReadProblem>;
 
-    /// The first rows of a source that cannot be read twice; the second attempt gives more of them.
+    /// The first rows of a source that cannot be read twice; the second attempt returns more of them.
     fn window(&mut self, _attempt: usize) -> Result<Option<Held>, ReadProblem> {
         Ok(None)
     }
 
-    /// How much a preview holds at the most.
+    /// Maximum size of a preview.
     fn previewed(&self) -> String {
         previewed()
     }
 
-    /// Rows of a table, as far as they are known before they are read.
+    /// Number of rows of a table, as far as it is known before reading.
     fn rows_expected(&self) -> usize {
         0
     }
 
-    /// Whether its tables are unlike each other, so that the first is no
-    /// better guess than any other: variables, not sheets or runs.
+    /// Whether the tables differ in kind, so that the first is no better guess than any other: variables, not sheets or
+    /// runs.
     fn must_choose(&self) -> bool {
         false
     }
@@ -231,19 +227,19 @@ pub(crate) trait TableSource {
     }
 }
 
-/// How much a preview by rows holds at the most.
+/// Maximum size of a preview by rows.
 pub(crate) fn previewed() -> String {
     format!("{PREVIEW_ROWS} rows")
 }
 
-/// A table that is held as a whole.
+/// A table in memory.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Held {
     pub(crate) head: Head,
     pub(crate) columns: Vec<Vec<f64>>,
     /// Rows that gave no number, by reason.
     pub(crate) skipped: Vec<Skipped>,
-    /// Whether rows were left unread because enough had been seen.
+    /// Whether rows were left unread because enough had been read.
     pub(crate) cut: bool,
     /// How it is written, if it is text.
     pub(crate) dialect: Option<Dialect>,
@@ -271,7 +267,7 @@ impl From<Held> for Table {
     }
 }
 
-/// Tables that are held as a whole, as small formats are.
+/// Tables in memory, as used for small formats.
 #[derive(Debug, Default)]
 pub(crate) struct HeldTables {
     tables: Vec<Held>,
@@ -279,25 +275,25 @@ pub(crate) struct HeldTables {
 }
 
 impl HeldTables {
-    /// Adds a table; its columns may end one before the other.
+    /// Adds a table; its columns may have different lengths.
     pub(crate) fn push(&mut self, head: Head, mut columns: Vec<Vec<f64>>, skipped: Vec<Skipped>) {
         let rows = columns.iter().map(Vec::len).max().unwrap_or(0);
         columns.iter_mut().for_each(|c| c.resize(rows, f64::NAN));
         self.tables.push(Held { head, columns, skipped, cut: false, dialect: None });
     }
 
-    /// Says something of every table.
+    /// Adds notes to every table.
     pub(crate) fn note_all(&mut self, notes: &[String]) {
         let notes = || notes.iter().map(|note| Note::new(note.as_str()));
         self.tables.iter_mut().for_each(|t| t.head.notes.extend(notes()));
     }
 
-    /// Adds values named beside every table.
+    /// Adds values named outside the tables to every table.
     pub(crate) fn name_all(&mut self, named: &[(String, String)]) {
         self.tables.iter_mut().for_each(|t| t.head.named_values.extend_from_slice(named));
     }
 
-    /// Takes over the tables of a text under a name, each of several with its own behind it.
+    /// Adds the tables of a text under a name; if there are several, their own names are appended.
     pub(crate) fn absorb(&mut self, tables: Vec<Held>, name: &str) {
         let alone = tables.len() == 1;
         self.tables.extend(tables.into_iter().map(|mut table| {
@@ -307,7 +303,7 @@ impl HeldTables {
         }));
     }
 
-    /// Changes every time that is in seconds.
+    /// Changes every time given in seconds.
     pub(crate) fn map_times(&mut self, change: impl Fn(f64) -> f64) {
         for Held { head, columns, .. } in &mut self.tables {
             for (name, column) in head.names.iter().zip(columns) {
@@ -355,7 +351,7 @@ impl TableSource for HeldTables {
     }
 }
 
-/// The first rows of a table. A second attempt gives more of them, or `None` if there are no more.
+/// The first rows of a table. A second attempt returns more of them, or `None` if there are no more.
 pub(crate) fn preview(
     source: &mut dyn TableSource,
     table: usize,
@@ -367,8 +363,7 @@ pub(crate) fn preview(
     }
 }
 
-/// All columns of one table, of its first `most_rows` rows; rows of a text without any number are
-/// left out and counted.
+/// All columns of the first `most_rows` rows of a table; rows of a text without any number are left out and counted.
 pub(crate) fn gather(
     source: &mut dyn TableSource,
     table: usize,

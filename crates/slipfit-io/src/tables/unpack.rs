@@ -1,4 +1,4 @@
-//! Packed bytes, unpacked within a budget of memory.
+//! Unpacking of compressed bytes within a memory budget.
 
 use std::io::{self, Cursor, Read};
 
@@ -7,8 +7,7 @@ use zip::ZipArchive;
 /// An archive in memory.
 pub(crate) type Archive = ZipArchive<Cursor<Vec<u8>>>;
 
-/// Memory that packed bytes may ask for, whatever they claim: a file of a megabyte can unpack to a
-/// thousand.
+/// Memory that packed bytes may request, whatever they claim: a file of one megabyte can unpack to a thousand.
 pub(crate) const BUDGET: usize = 1 << 30;
 
 /// All bytes that `reader` unpacks.

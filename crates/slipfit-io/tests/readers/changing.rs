@@ -1,4 +1,4 @@
-//! Files that change while they are read: an answer about what was read, or an error.
+//! Files that change while they are read give an answer about what was read, or an error.
 
 use slipfit_io::{ReadOptions, ReadProblem, read_from, read_watched};
 use std::fs::{self, OpenOptions};
@@ -50,7 +50,7 @@ fn a_file_read_in_pieces_must_not_change() {
     writer.finalize().unwrap();
     let mut last = 0;
     let error = read_watched(&path, &ReadOptions::default(), &mut |bytes| {
-        // Its end is met when nothing more comes: the hash is complete, the samples are not read yet.
+        // The end is reached when no more bytes arrive: the hash is complete, the samples have not been read yet.
         if bytes == last {
             OpenOptions::new().append(true).open(&path).unwrap().write_all(b"more").unwrap();
         }

@@ -1,12 +1,11 @@
-//! Times as clocks, stamps, counters and stated rates give them.
+//! Times from clocks, stamps, counters and stated rates.
 
 use slipfit::SignalKind;
 use slipfit_io::{ReadOptions, TimeSource, read_from};
 
 use crate::texts::{ROWS, STEP_S, notes, plain, swing, table, time_unit, x};
 
-/// Hours, minutes and seconds with milliseconds of a row that begins at 23:59:57 where `late`, else
-/// at 09:59:58.
+/// Hours, minutes, seconds and milliseconds of a row; the record begins at 23:59:57 if `late`, else at 09:59:58.
 fn clock(k: usize, late: bool) -> (u64, u64, u64, u64) {
     let begin = if late { 86_397_000 } else { 35_998_000 };
     let ms = (begin + 20 * k as u64) % 86_400_000;
@@ -49,11 +48,11 @@ fn dates_and_times_of_day_are_read_as_seconds() {
             let said = notes(&reading);
             assert!(said.contains(&format!("such as `{first}`: read as seconds since")), "{header}: {said}");
             assert_eq!(time_unit(&reading), "s", "{header}");
-            // Milliseconds of a date are those of its clock, to the last digit.
+            // Milliseconds of a date are exact to the last digit.
             assert!(reading.record.clock().is_uniform(), "{first}");
         }
     }
-    // Minutes and seconds alone.
+    // Only minutes and seconds.
     let text = table("Time;x (mm)", |k| format!("{:02}:{:05.2};{:.1}", k / 3000, k as f64 * STEP_S, x(k)));
     swing(text.as_bytes());
 }
@@ -75,7 +74,7 @@ fn a_date_beside_the_clock_and_one_above_the_header_do_no_harm() {
         format!("2024-05-01,{h:02}:{m:02}:{s:02}.{ms:03},{:.1}", x(k))
     };
     swing(table("Date,Time,x (mm)", row).as_bytes());
-    // As many cells as the rows, all of them numbers in the eyes of a reader of dates.
+    // A line with as many cells as the rows, all of which read as numbers because dates do.
     let text = format!("2024-05-01,09:59:58\n{}", plain("Time (s);x (mm)").replace(';', ","));
     let reading = swing(text.as_bytes());
     assert_eq!(reading.report.dialect.as_ref().unwrap().header_row, Some(2));
@@ -176,7 +175,7 @@ fn steps_that_instruments_state_stand_for_times() {
         assert!(matches!(reading.report.time, Some(TimeSource::Rate(_))), "{what}");
         assert!(notes(&reading).contains("50 Hz"), "{what}: {}", notes(&reading));
     }
-    // A curve over frequency is none over time, whatever rate stands above it.
+    // A curve over frequency is not a record over time, whatever rate is stated above it.
     let text = values("# Sample rate: 1000 Hz\nFrequency (Hz),Amplitude (V)", |k| {
         format!("{k}.5,{:.1}", x(k).abs())
     });
@@ -186,7 +185,7 @@ fn steps_that_instruments_state_stand_for_times() {
 #[test]
 fn counts_of_an_unnamed_unit_are_those_of_the_rate_that_the_file_names() {
     for (above, count, unit, note) in [
-        // Ten counts a millisecond, as the sensors of Movella count.
+        // Ten counts per millisecond, as in sensors of Movella.
         ("// Update Rate: 50.0Hz\n", 200, "1/10000 s", "by the rate that the file names, 50 Hz"),
         ("// Update Rate: 50.0Hz\n", 20, "ms", "were taken as milliseconds"),
         ("// Update Rate: 70.0Hz\n", 20, "ms", "were taken as milliseconds"),
@@ -230,7 +229,7 @@ fn a_time_of_day_and_the_part_of_a_second_beside_it_are_one_clock() {
         assert!(notes.contains("the times are the sum of column"), "{text:.90}: {notes}");
         assert_eq!(reading.report.runs, 1, "{notes}");
     }
-    // Milliseconds that go up by themselves are a clock of their own.
+    // Milliseconds that increase by themselves are a separate clock.
     let own = table("Time,ms,x (mm)", |k| format!("{},{},{:.1}", clock(k).0, 20 * k, x(k)));
     let own = read_from(own.as_bytes(), "swing.csv", &ReadOptions::default()).unwrap();
     assert!(!notes(&own).contains("the sum of"), "{}", notes(&own));
@@ -245,7 +244,7 @@ fn stamps_of_a_serial_monitor_stand_before_an_arrow() {
     for (separator, header) in
         [(',', ""), ('\t', ""), (' ', ""), (',', "12:34:04.990 -> t,x\n"), ('\t', "12:34:04.990 -> t\tx\n")]
     {
-        // Lines arrive late by a little.
+        // Lines arrive with a small delay.
         let late = |k: usize| format!("12:34:{:06.3}", 5.0 + k as f64 * STEP_S + 0.003 * (k % 3) as f64);
         let row = |k: usize| format!("{} -> {}{separator}{:.1}\n", late(k), 20 * k, x(k));
         let text = header.to_owned() + &(0..ROWS).map(row).collect::<String>();

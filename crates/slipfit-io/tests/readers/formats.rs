@@ -1,5 +1,5 @@
-//! Every format, from files written by other programs (`validation/reference/formats`):
-//! the columns taken, units, clocks and every number.
+//! Every format, with files written by other programs (`validation/reference/formats`): chosen columns, units, clocks
+//! and every number.
 
 use std::path::PathBuf;
 
@@ -13,7 +13,7 @@ fn fixture(name: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../validation/reference/formats").join(name)
 }
 
-/// The ring-down that every file holds, as `make.py` states it.
+/// The ring-down in every file, as defined in `make.py`.
 fn x(k: usize) -> f64 {
     let t = k as f64 / 50.0;
     (0.2 * (-0.15 * t).exp() * (std::f64::consts::TAU * 1.5 * t).cos() * 1e6).round() / 1e6
@@ -23,7 +23,7 @@ fn amplitude(k: usize) -> f64 {
     (-0.15 * k as f64 / 50.0).exp()
 }
 
-/// What a file should be read as.
+/// Expected result for a file.
 struct Expected {
     file: &'static str,
     options: ReadOptions,
@@ -31,7 +31,7 @@ struct Expected {
     unit: &'static str,
     kind: SignalKind,
     sheet: &'static str,
-    /// The signal over the common one.
+    /// Ratio of the signal to the common one.
     gain: f64,
     tolerance: f64,
 }
@@ -75,7 +75,7 @@ fn signal(reading: &Reading) -> &ColumnTaken {
     reading.report.column("signal").unwrap()
 }
 
-/// Everything noted about a file.
+/// All notes on a file.
 fn notes(file: &str) -> String {
     let notes = got(file, &ReadOptions::default()).report.notes;
     notes.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
@@ -302,7 +302,7 @@ fn a_complex_array_is_a_response_of_two_parts() {
             let f = 99.0 + 0.01 * i as f64;
             let (a, b) = (1.0 - (f / 100.0).powi(2), 0.002);
             let wanted = [0.004 * a / (a * a + b * b), -0.004 * b / (a * a + b * b)];
-            // Single precision of the MATLAB file; rounding of 1 - (f/100)^2.
+            // Single precision of the MATLAB file, else rounding of 1 - (f/100)^2.
             let tolerance = if file.ends_with("mat") { 1e-6 } else { 1e-12 };
             assert!((found.re - wanted[0]).abs() < tolerance, "{file}, row {i}: {found:?}");
             assert!((found.im - wanted[1]).abs() < tolerance, "{file}, row {i}: {found:?}");

@@ -1,11 +1,11 @@
-//! Headers of units alone, of three rows, of values that are wrapped, and of columns that are no signal.
+//! Headers of units only, headers of three rows, wrapped values, and columns that are not a signal.
 
 use slipfit::SignalKind;
 use slipfit_io::{ReadOptions, Reading, SweepReading, TimeSource, read_from, read_sweep_from};
 
 const ROWS: usize = 240;
 
-/// A decaying oscillation: time (s) and place.
+/// A decaying oscillation: time (s) and position.
 fn swing(k: usize) -> (f64, f64) {
     let t = k as f64 * 0.02;
     (t, (1e5 * (-0.1 * t).exp() * (9.0 * t).cos()).round() / 1e3)
@@ -53,7 +53,7 @@ fn units_alone_name_the_columns() {
     let reading = sweep("Hz,V", |f, a, _| format!("{f},{a}"), &ReadOptions::default());
     assert_eq!(reading.curve.unit(), "V");
     assert!((reading.curve.frequency_hz()[0] - 76.0).abs() < 1e-9);
-    // Where one of them is no unit they are names.
+    // If one of them is not a unit, they are names.
     assert_eq!(
         read(&format!("t,v\n{}", rows(|k| format!("{},{}", swing(k).0, swing(k).1)))).record.unit(),
         ""
@@ -83,7 +83,7 @@ fn a_third_row_of_a_header_leaves_names_and_units() {
     assert_eq!(reading.report.column("signal").unwrap().column.header, "Accel_Z (m/s^2)");
 }
 
-/// The values of the swing, so many a line.
+/// The values of the swing, `width` per line.
 fn wrapped(width: usize) -> String {
     let values: Vec<String> = (0..ROWS - 1).map(|k| format!("{:12.3}", swing(k).1)).collect();
     values.chunks(width).map(|line| line.concat() + "\n").collect()
@@ -129,7 +129,7 @@ fn values_wrapped_over_several_columns_are_one_signal() {
     ] {
         let mut lines = wrapped(width);
         if header.starts_with("TIMESERIES") {
-            // With tabs, the last of them at the end of the line.
+            // With tabs, including one at the end of each line.
             let tabs = |line: &str| {
                 line.split_whitespace().map(|cell| format!("{cell}\t")).collect::<String>() + "\n"
             };
@@ -145,7 +145,7 @@ fn values_wrapped_over_several_columns_are_one_signal() {
         let said = format!("the {n} values that the header states stand in");
         assert!(notes(&reading).contains(&said), "{}", notes(&reading));
     }
-    // As many rows as the header states are rows.
+    // If there are as many rows as values stated in the header, rows are rows.
     let text =
         format!("# NPTS = {ROWS}\n# dt = 0.02\n{}", rows(|k| format!("{} {}", swing(k).1, 0.1 * swing(k).1)));
     assert_eq!(read(&text).record.len(), ROWS);
@@ -241,7 +241,7 @@ fn parts_of_one_scattering_parameter_are_read_together() {
         let imaginary = reading.report.column("imaginary").unwrap();
         assert!(imaginary.column.header.starts_with(header), "{imaginary:?}");
     }
-    // Unasked the reflection is read, with what chooses the transmission.
+    // By default the reflection is read, with a hint on how to select the transmission.
     let reading = sweep("! VNA\n# Hz S RI R 50", ri, &ReadOptions::default());
     let hints: Vec<(&str, Option<String>)> = reading
         .report
@@ -312,7 +312,7 @@ fn pieces_of_lines_before_the_first_row_leave_the_clock_in_milliseconds() {
         let reading = read(&format!("{before}{cells}"));
         assert!(notes(&reading).contains("taken as milliseconds"), "{before}: {}", notes(&reading));
     }
-    // A line of words behind the first row is no header.
+    // A line of words after the first row is not a header.
     for stray in ["ready,go", "20,oops", "ready"] {
         let cells = cells.replacen('\n', &format!("\n{stray}\n"), 1);
         let reading = read(&format!("Time (ms),x (mm)\n{cells}"));

@@ -127,7 +127,7 @@ fn what_json_lacks_is_counted_and_what_is_broken_is_told() {
     ] {
         assert!(said(text).contains(problem), "{}", said(text));
     }
-    // Names that no two rows share would take a table of a million cells.
+    // Names that are different in every row would require a table of a million cells.
     let scattered: Vec<String> = (0..3000).map(|k| format!("{{\"a{k}\": {k}}}")).collect();
     assert!(said(&format!("[{}]", scattered.join(","))).contains("scattered over 3000 rows"));
     let several = format!("{{\"a\": [{text}], \"b\": [{text}]}}", text = text.replace('\n', ","));

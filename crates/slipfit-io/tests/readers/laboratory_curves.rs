@@ -1,4 +1,4 @@
-//! Resonance curves in the quantities and units that laboratories write.
+//! Resonance curves in the quantities and units used in laboratories.
 
 use std::f64::consts::{SQRT_2, TAU};
 
@@ -129,7 +129,7 @@ fn impedances_and_admittances_of_modulus_and_angle_are_those_of_two_parts() {
     ] {
         let reading = read(&text);
         let found: Vec<f64> = phasors(&reading).iter().flat_map(|z| [z.re, z.im]).collect();
-        // Degrees of an angle of few microradians lose digits.
+        // Degrees of an angle of a few microradians lose digits.
         let near = |(f, w): (&f64, &f64)| (f - w).abs() <= 1e-9 * wanted[3].abs();
         assert!(found.iter().zip(&wanted).all(near), "{head}: {found:?} for {wanted:?}");
         assert_eq!((reading.report.kind, reading.curve.unit()), (SignalKind::Velocity, "F"), "{head}");
@@ -208,7 +208,7 @@ fn of_two_channels_the_one_with_the_peak_is_the_response() {
     assert!(said_so.contains("amplitude names the response") && said_so.contains("or none"), "{said_so}");
     let none = ReadOptions { drive: Some("none".into()), ..Default::default() };
     assert_eq!(with(&table("Ch1 (V),Ch2 (V)"), &none).unwrap().curve.drive(), None);
-    // In another unit the other channel may be anything.
+    // A channel in another unit may be anything.
     assert_eq!(read(&table("Ch1 (degC),Ch2 (V)")).curve.drive(), None);
 }
 
@@ -227,8 +227,8 @@ fn the_motion_of_a_base_is_the_drive_and_said_to_be() {
     assert!(said(&rests).contains("not above zero throughout"), "{}", said(&rests));
 }
 
-/// A resonance at 100 Hz with a width of 1 Hz between 97 and 103 Hz, with every tenth part of noise a person would
-/// see: `(f, re, im)`.
+/// A resonance at 100 Hz with a width of 1 Hz, sampled between 97 and 103 Hz, with a small deterministic disturbance:
+/// `(f, re, im)`.
 fn resonance() -> Vec<(f64, f64, f64)> {
     let point = |i: u32| {
         let f = 97.0 + 0.1 * f64::from(i);
@@ -263,7 +263,7 @@ fn columns_without_names_are_what_a_resonance_fits_best() {
         assert_eq!(matches!(reading.curve.response(), Response::Complex(_)), phased, "{of}");
         assert!(said(&reading).contains(note), "{of}: {}", said(&reading));
     }
-    // Options say what the numbers are, whatever fits.
+    // Options determine the meaning of the numbers, whatever fits.
     let options = ReadOptions { amplitude: Some("2".into()), unit: Some("V".into()), ..Default::default() };
     let reading = with(&rows(|z| vec![level(z)]), &options).unwrap();
     close(

@@ -1,4 +1,4 @@
-//! Records as loggers and buffers write them.
+//! Records as written by loggers and buffers.
 
 use slipfit_io::{ReadOptions, Reading, read_from};
 
@@ -25,7 +25,7 @@ fn numbers_that_stand_for_none_are_left_out_and_counted() {
             let value = if rows.contains(&i) { mark.to_owned() } else { swing(i).to_string() };
             format!("{},{value}\n", 0.05 * f64::from(i))
         };
-        // A blank line, so that rows are not lines less a header.
+        // A blank line, so that rows are not simply lines minus a header.
         let lines: Vec<String> = (0..400).map(row).collect();
         let text = format!("time (s),x (m)\n\n{}", lines.concat());
         let reading = read(&text, &ReadOptions::default());

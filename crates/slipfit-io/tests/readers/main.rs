@@ -1,6 +1,6 @@
-//! What the readers make of files: layouts, formats, tables, sweeps, and files that change while they are read.
+//! Tests of the readers: layouts, formats, tables, sweeps, and files that change while they are read.
 //!
-//! One program of tests: each would take as long to link as to run.
+//! A single test program: separate ones would take as long to link as to run.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
 mod changing;

@@ -1,11 +1,11 @@
-//! Any bytes are read or refused, from the file to the answer, and nothing panics; what a table
-//! says is what is read.
+//! Any bytes are read or refused, from the file to the answer, without a panic; the values in a table are the values
+//! read.
 
 use proptest::prelude::*;
 use slipfit::ringdown::analyse;
 use slipfit_io::{ReadOptions, read_from, read_sweep_from};
 
-/// A file that is read and analysed: a decaying swing, ten times a second.
+/// A file that is read and analysed: a decaying swing, sampled ten times per second.
 fn sample_file() -> String {
     let mut text = String::from("# made up\nrate: 10\nTime (s);Angle (°);\"v (°/s)\"\n");
     for i in 0..200 {
@@ -15,7 +15,7 @@ fn sample_file() -> String {
     text
 }
 
-/// Reads a record and analyses it: whether there is an answer.
+/// Reads a record and analyses it; returns whether there is an answer.
 fn answered(bytes: &[u8], options: &ReadOptions) -> bool {
     match read_from(bytes, "bytes", options) {
         Ok(reading) => {
@@ -84,7 +84,7 @@ impl std::io::Read for Trickle<'_> {
     }
 }
 
-/// Characters that tables are made of.
+/// Characters that occur in tables.
 fn tabular() -> impl Strategy<Value = Vec<u8>> {
     prop::collection::vec(
         prop_oneof![
@@ -97,7 +97,7 @@ fn tabular() -> impl Strategy<Value = Vec<u8>> {
     )
 }
 
-/// Rows of numbers as a generator without sense would write them.
+/// Rows of random numbers.
 fn numbers() -> impl Strategy<Value = Vec<u8>> {
     let cell = prop_oneof![
         6 => (-1.0..1.0f64).prop_map(|v| format!("{v:.3}")),
@@ -272,7 +272,7 @@ proptest! {
             let pair = if swapped { [value, time] } else { [time, value] };
             first.into_iter().chain(pair).chain(last).collect::<Vec<_>>().join(separator)
         };
-        // Without a header only numbers tell the columns: then there are two.
+        // Without a header, columns are identified by numbers only; then there are only two.
         let (before, after) = if header { (before, after) } else { (0, 0) };
         if header {
             let names = arrange(filler(before, "err"), "time_s".into(), "angle_rad".into(), filler(after, "sigma"));

@@ -1,4 +1,4 @@
-//! Sheets of workbooks that hold more than a table.
+//! Sheets of workbooks that contain more than a table.
 #![cfg(feature = "excel")]
 
 use std::io::{Cursor, Write as _};
@@ -15,7 +15,7 @@ fn swing(row: usize) -> f64 {
 /// A number or a word.
 type Cell = Result<f64, &'static str>;
 
-/// A table of 400 rows from that row and column on, with other cells around it.
+/// A table of 400 rows that begins at a given row and column, with other cells around it.
 fn cells(
     header: [&'static str; 2],
     step: f64,
@@ -45,7 +45,7 @@ fn archive(members: &[(&str, String)]) -> Vec<u8> {
     archive.finish().unwrap().into_inner()
 }
 
-/// Excel's way of writing them; `style` is that of the first column.
+/// The cells as an Excel workbook; `style` is that of the first column.
 fn xlsx(rows: &[Vec<Option<Cell>>], style: usize) -> Vec<u8> {
     let cell = |row: usize, column: usize, cell: &Cell| {
         let name = format!("{}{}", char::from(b'A' + column as u8), row + 1);
@@ -74,7 +74,7 @@ fn xlsx(rows: &[Vec<Option<Cell>>], style: usize) -> Vec<u8> {
     ])
 }
 
-/// LibreOffice's way.
+/// The cells as a LibreOffice spreadsheet.
 fn ods(rows: &[Vec<Option<Cell>>]) -> Vec<u8> {
     let cell = |cell: &Option<Cell>| match cell {
         None => "<table:table-cell/>".to_owned(),
@@ -102,7 +102,7 @@ fn ods(rows: &[Vec<Option<Cell>>]) -> Vec<u8> {
     ])
 }
 
-/// All samples of the table, and the notes.
+/// Compares all samples of the table; returns the record and the notes.
 fn whole(bytes: &[u8], what: &str) -> (Reading, String) {
     let reading = read_from(bytes, what, &ReadOptions::default()).unwrap_or_else(|e| panic!("{what}: {e}"));
     let found: Vec<f64> = reading.record.signal().to_vec();
@@ -155,7 +155,7 @@ fn a_rate_beside_samples_without_times_is_taken() {
 
 #[test]
 fn dates_of_excel_are_dates() {
-    // 2024-03-12 10:22:33, counted in days from the last of 1899.
+    // 2024-03-12 10:22:33, counted in days from 1899-12-30.
     let mut rows = cells(["Timestamp", "Angle (rad)"], 0.02 / 86400.0, [0, 0], &[]);
     for row in &mut rows[1..] {
         row[0] = row[0].map(|days: Cell| days.map(|days| 45_363.432_326_388_89 + days));
@@ -166,10 +166,10 @@ fn dates_of_excel_are_dates() {
     assert!(!notes.contains("1970"), "{notes}");
     let times = reading.record.times_s(0..400);
     for (k, time) in times.iter().enumerate() {
-        // Days are resolved to 0.6 microseconds.
+        // Times in days are resolved to 0.6 microseconds.
         assert!((time - 37_353.0 - 0.02 * k as f64).abs() < 1e-6, "row {k}: {time}");
     }
-    // Times of day stay seconds.
+    // Times of day remain in seconds.
     rows[1..].iter_mut().for_each(|row| row[0] = row[0].map(|days: Cell| days.map(|days| days - 45_363.0)));
     let reading = read_from(&xlsx(&rows, 1)[..], "times", &ReadOptions::default()).unwrap();
     assert!((reading.record.time_s(0) - 37_353.0).abs() < 1e-6, "{}", reading.record.time_s(0));

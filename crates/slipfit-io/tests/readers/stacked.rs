@@ -1,10 +1,10 @@
-//! Texts with several tables one below the other, each under a header of its own.
+//! Texts with several tables below each other, each with its own header.
 
 use slipfit_io::{ReadOptions, SweepReading, read_from, read_sweep_from, read_tables_from};
 
 const ROWS: usize = 200;
 
-/// A decaying oscillation in m: time (s) and place.
+/// A decaying oscillation in m: time (s) and position.
 fn swing(k: usize) -> (f64, f64) {
     let t = k as f64 * 0.02;
     (t, 0.1 * (-0.1 * t).exp() * (9.0 * t).cos())
@@ -28,7 +28,7 @@ fn with_sheet(sheet: &str) -> ReadOptions {
     ReadOptions { sheet: Some(sheet.to_owned()), ..ReadOptions::default() }
 }
 
-/// Reads a swing of 4 s that begins at 100 mm.
+/// Reads a swing of 4 s that begins at 100 mm; returns the notes.
 fn assert_is_swing(text: &str, options: &ReadOptions, unit: &str) -> Vec<String> {
     let reading = read_from(text.as_bytes(), "stacked.csv", options).unwrap();
     let record = &reading.record;
@@ -50,7 +50,7 @@ fn tables_with_headers_of_their_own_are_read_apart() {
     );
     assert_is_swing(&text, &with_sheet("table 2"), "mm");
     assert_is_swing(&text, &with_sheet("2"), "mm");
-    // Without a blank line, and with the unit of one column alone another.
+    // Without a blank line, and with a different unit in one column only.
     let text = format!(
         "Time (s),Position (m)\n{metres}Time (s),Position (mm)\n{}",
         rows(|k| {
@@ -60,7 +60,7 @@ fn tables_with_headers_of_their_own_are_read_apart() {
     );
     assert_is_swing(&text, &ReadOptions::default(), "m");
     assert_is_swing(&text, &with_sheet("2"), "mm");
-    // Titles name them.
+    // Titles are their names.
     let text =
         format!("Left\nTime (s),Position (m)\n{metres}\nRight\nTime (ms),Position (mm)\n{}", rows(in_mm));
     assert_is_swing(&text, &with_sheet("right"), "mm");
@@ -76,7 +76,7 @@ fn the_first_table_that_fits_is_read_and_rows_keep_their_lines() {
     let notes = assert_is_swing(&text, &ReadOptions::default(), "mm");
     assert!(notes.iter().any(|n| n.contains("`Two` was read")), "{notes:?}");
     let first = format!("(mm)\n{}\n", in_mm(0));
-    // A force beside the times is taken where no table holds a motion.
+    // A force next to the times is used if no table contains a motion.
     let forces = rows(|k| format!("{:.2},{:.3}", swing(k).0, 0.1 * swing(k).1));
     let below = format!("One\nTime (s),Force (N)\n{forces}\nTwo\nTime (ms),Position (mm)\n{}", rows(in_mm));
     assert_is_swing(&below, &ReadOptions::default(), "mm");
@@ -114,7 +114,7 @@ fn runs_of_the_same_columns_stay_one_table() {
         let reading = read_from(text.as_bytes(), "runs.csv", &ReadOptions::default()).unwrap();
         assert_eq!((reading.report.runs, reading.record.len()), (2, ROWS), "{header}");
     }
-    // Words among the rows are no header.
+    // Words among the rows are not a header.
     let text = format!("Time (s),Position (m)\n{run}paused,resumed\n{run}");
     let reading = read_from(text.as_bytes(), "runs.csv", &ReadOptions::default()).unwrap();
     assert_eq!(reading.report.runs, 2);

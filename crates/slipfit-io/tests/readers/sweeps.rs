@@ -1,4 +1,4 @@
-//! Resonance curves as laboratories write them.
+//! Resonance curves as written in laboratories.
 
 use slipfit::answer::hint::{HintValue, spelled};
 use slipfit_io::{
@@ -238,7 +238,7 @@ fn a_quartz_is_read_by_its_admittance() {
     use std::f64::consts::TAU;
     let reading = read("f (MHz),Gp,Bp\n9,1e-4,1e-3\n10,2e-2,1e-3\n11,1e-4,-1e-3\n");
     let slipfit::resonance::Response::Complex(z) = reading.curve.response() else { panic!() };
-    // Y/(i omega): a conductance of 20 mS lags by a quarter.
+    // Y/(i omega): a conductance of 20 mS lags by a quarter period.
     assert!((z[1].im * TAU * 1e7 + 2e-2).abs() < 1e-12);
     assert!((z[1].re * TAU * 1e7 - 1e-3).abs() < 1e-12);
     let alone = read("f (MHz),Rs (Ohm)\n9,1\n10,100\n11,4\n");
@@ -422,7 +422,7 @@ fn a_drive_that_strays_is_one_level_and_a_single_curve_is_none() {
     let one = curve_rows(|f, a| format!("{f},{},{a}\n", 1.0 + 0.2 * (7.0 * f).sin()));
     let said = levels_refused(&format!("f (Hz),force (N),amplitude (mm)\n{one}"));
     assert!(said.contains("resonance curve"), "{said}");
-    // Levels whose resonance shifts are levels.
+    // Levels with shifted resonances remain levels.
     let rows: String = (1..9).map(|i| format!("{},{i},{}\n", 100.0 - 0.1 * f64::from(i), 3 * i)).collect();
     assert_eq!(levels(&format!("f (Hz),force (N),amplitude (mm)\n{rows}")).levels.drive().len(), 8);
 }
@@ -480,7 +480,7 @@ fn a_conductance_asked_for_is_read_with_its_susceptance() {
     assert!(read.report.column("susceptance").is_some());
 }
 
-/// Series resistance and reactance of a quartz with viscous loss alone, and constant noise in both.
+/// Series resistance and reactance of a quartz with viscous loss only, and constant noise in both.
 fn quartz_impedance(seed: u64) -> String {
     let mut state = seed;
     // Sum of twelve uniform numbers: variance 1.
@@ -525,7 +525,7 @@ fn errors_written_as_differentials_are_taken() {
         let errors = found.curve.std_error().unwrap_or_else(|| panic!("{header} was not taken"));
         assert_eq!(errors.len(), 30);
     }
-    // In another unit it is something else.
+    // In another unit it is a different quantity.
     let text = "f (Hz),A (nm),dA (K)\n1,1,1\n2,3,1\n3,2,1\n4,1,2\n5,1,2\n6,1,2\n";
     assert!(read(text).curve.std_error().is_none());
 }

@@ -1,5 +1,5 @@
-//! Texts as people's machines write them: encodings, thousands, stamps, headers in their languages.
-//! Each holds the same swing, and what was assumed stands in the report.
+//! Texts as written on users' computers: encodings, thousands, stamps, headers in their languages. Each contains the
+//! same swing, and assumptions are stated in the report.
 
 use slipfit::{SignalKind, answer::hint::HintValue};
 use slipfit_io::{ReadOptions, Reading, TimeSource, read_from, read_sweep_from};
@@ -7,13 +7,13 @@ use slipfit_io::{ReadOptions, Reading, TimeSource, read_from, read_sweep_from};
 pub(crate) const ROWS: usize = 300;
 pub(crate) const STEP_S: f64 = 0.02;
 
-/// The swing, in a unit in which it begins at 1500.
+/// The swing, in a unit in which its initial value is 1500.
 pub(crate) fn x(k: usize) -> f64 {
     let t = k as f64 * STEP_S;
     (15000.0 * (-0.1 * t).exp() * (9.0 * t).cos()).round() / 10.0
 }
 
-/// A table of the swing: a header, and rows of a time and a value as they are written.
+/// A table of the swing: a header, and rows of a time and a value as text.
 pub(crate) fn table(header: &str, row: impl Fn(usize) -> String) -> String {
     format!("{header}\n") + &(0..ROWS).map(|k| row(k) + "\n").collect::<String>()
 }
@@ -78,7 +78,7 @@ fn latin_1_is_read_with_its_headers() {
     assert_eq!((signal.column.header.as_str(), signal.unit.as_str()), ("Élongation (µm)", "µm"));
 }
 
-/// A number with a mark between its thousands and one before its fraction.
+/// A number with a mark between its thousands and another before its fraction.
 fn grouped(value: f64, group: &str, mark: char) -> String {
     let text = format!("{:.1}", value.abs());
     let (whole, fraction) = text.split_once('.').unwrap();
@@ -110,7 +110,7 @@ fn thousands_set_apart_are_one_number() {
             assert_eq!(reading.report.rows_skipped(), 0, "{group:?} {mark} {separator:?}");
         }
     }
-    // English spreadsheets quote what holds their separator.
+    // English spreadsheets quote cells that contain their separator.
     let row = |k: usize| format!("{:.2},\"{}\"", k as f64 * STEP_S, grouped(x(k), ",", '.'));
     swing(table("Time (s),x (mm)", row).as_bytes());
 }
@@ -133,7 +133,7 @@ fn records_are_read_with_headers_in_ten_languages() {
         let [time, signals @ ..] = headers;
         let kinds = [Displacement, Displacement, Velocity, Acceleration];
         for (signal, kind) in signals.into_iter().zip(kinds) {
-            // The times stand last and a counter first: only names tell them apart.
+            // The times are last and a counter is first: only names distinguish them.
             let text =
                 table(&format!("{signal};{time}"), |k| format!("{:.1};{:.2}", x(k), k as f64 * STEP_S));
             let reading = swing(text.as_bytes());
@@ -142,7 +142,7 @@ fn records_are_read_with_headers_in_ten_languages() {
             assert!(taken.why.contains("named like"), "{language}: {}", taken.why);
             let Some(TimeSource::Column(time)) = &reading.report.time else { panic!("{language}: no times") };
             assert!(time.why.contains("named like a time"), "{language}: {}", time.why);
-            // No unit is named: what was assumed is said.
+            // No unit is given: the assumption is stated.
             assert!(notes(&reading).contains("its times were taken as seconds"), "{}", notes(&reading));
         }
     }
@@ -193,7 +193,7 @@ fn names_on_two_lines_are_joined() {
 #[test]
 fn pixels_are_no_lock_in_and_a_lock_in_is_one() {
     let read = |text: &str| read_from(text.as_bytes(), "a.csv", &ReadOptions::default()).unwrap();
-    // A track: the angle was never filled in, or is no angle of x + i y.
+    // A track: the angle was never filled in, or is not the angle of x + i y.
     for theta in [|_: usize| 0.0, |k: usize| x(k) / 100.0] {
         let row = |k: usize| {
             let (t, y) = (k as f64 * STEP_S, x(k) / 10.0);
@@ -228,7 +228,7 @@ fn a_curve_without_names_may_have_its_phase_first() {
     let reading = read_sweep_from(text.as_bytes(), "reed", &ReadOptions::default()).unwrap();
     let number = |what: &str| reading.report.column(what).map(|taken| taken.column.number);
     assert_eq!((number("amplitude"), number("phase")), (Some(4), Some(2)), "{:?}", reading.report.taken);
-    // The usual order stays the usual order.
+    // The usual order is kept.
     let swap = |line: &str| {
         let cells: Vec<&str> = line.split('\t').collect();
         format!("{}\t{}\t{}\n", cells[0], cells[3], cells[1])
@@ -275,7 +275,7 @@ fn names_of_rows_are_no_column_of_the_header() {
     }
     let text = table("\"time\",\"pos\"", |k| format!("\"{}\",{:.2},{:.1}", k + 1, k as f64 * STEP_S, x(k)));
     swing(text.as_bytes());
-    // Of a header that names no last column the names stay where they are.
+    // If a header lacks the name of the last column, the names keep their positions.
     let text = table("t,x", |k| format!("{:.2},{:.1},{}", k as f64 * STEP_S, x(k), k % 3));
     assert_eq!(swing(text.as_bytes()).report.column("signal").unwrap().column.header, "x");
 }
@@ -289,12 +289,12 @@ fn decimal_commas_between_commas_are_read_or_refused() {
     swing((0..ROWS).map(|k| comma(k) + "\n").collect::<String>().as_bytes());
     let three = |k: usize| comma(k) + &format!(",{:.2}", k as f64 / 100.0).replace('.', ",");
     swing(table("t,x,n", three).as_bytes());
-    // Whole numbers without a fraction leave open which comma is which.
+    // With whole numbers without a fraction, separators and decimal commas are ambiguous.
     let trimmed = |k: usize| format!("{},{}", k as f64 * STEP_S, x(k)).replace('.', ",");
     let error =
         read_from(table("t,x", trimmed).as_bytes(), "swing.csv", &ReadOptions::default()).unwrap_err();
     assert!(error.to_string().contains("the two cannot be distinguished"), "{error}");
-    // Whole numbers alone are just that.
+    // Rows of whole numbers only are read as such.
     let whole = table("t,x", |k| format!("{},{:.0},{},7", 20 * k, x(k), k % 5));
     assert_eq!(read_from(whole.as_bytes(), "swing.csv", &ReadOptions::default()).unwrap().record.len(), ROWS);
 }
@@ -324,7 +324,7 @@ fn axes_are_of_the_sensor_that_the_file_is_named_after() {
     let given = ReadOptions { kind: Some(SignalKind::Displacement), ..Default::default() };
     let reading = read_from(text.as_bytes(), "Accelerometer.csv", &given).unwrap();
     assert_eq!(reading.record.kind(), SignalKind::Displacement);
-    // A unit says more than the name of the file.
+    // A unit takes precedence over the name of the file.
     let reading =
         read_from(plain("t (s);x (mm)").as_bytes(), "accelerometer.csv", &ReadOptions::default()).unwrap();
     assert_eq!(reading.record.kind(), SignalKind::Displacement);
@@ -399,12 +399,12 @@ fn settings_beside_the_first_rows_leave_these_samples() {
     assert_eq!((reading.record.unit(), time_unit(&reading), reading.report.rows_skipped()), ("V", "s", 0));
     assert!(notes(&reading).contains("next to the first 18 rows"), "{}", notes(&reading));
     assert!(reading.report.named_values.contains(&("Probe Atten".to_owned(), "1.000000e+01".to_owned())));
-    // The same below a header, as people write it into a sheet.
+    // The same below a header, as entered in a sheet.
     let row =
         |k: usize| format!("{}\t\t{:.2}\t{:.1}\n", setting(k).replace(',', "\t"), k as f64 * STEP_S, x(k));
     let text = format!("setting\tvalue\t\tt (s)\tx (mm)\n{}", (0..ROWS).map(row).collect::<String>());
     assert_eq!(swing(text.as_bytes()).record.unit(), "mm");
-    // A line of other values above the rows is none of them.
+    // A line of other values above the rows is not one of them.
     let row = |k: usize| format!(",,,{:.2},{:.1}\n", k as f64 * STEP_S, x(k));
     let above: String = (1..5).map(|k| format!("mass,kg,,{},{}\n", 10 * k, 7 * k)).collect();
     swing((above + &(0..ROWS).map(row).collect::<String>()).as_bytes());
@@ -422,7 +422,7 @@ fn names_in_front_of_values_are_columns() {
         );
         assert!(notes(&reading).contains("read as columns: t_ms, x"), "{}", notes(&reading));
     }
-    // Words of the program, a name that comes and goes, and a line that was cut.
+    // Words of the program, a name that occurs only sometimes, and a truncated line.
     let row = |k: usize| {
         let also = if k.is_multiple_of(10) { " battery:3.7" } else { "" };
         format!("x:{:.1} t_ms:{}{also}\n", x(k), 20 * k)

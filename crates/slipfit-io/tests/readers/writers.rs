@@ -1,12 +1,12 @@
-//! Tables as other programs write them, in their versions, packings and byte orders: every file of
-//! `validation/reference/writers` is the ring-down that its script states, to the last digit.
+//! Tables written by other programs in various versions, compressions and byte orders: every file of
+//! `validation/reference/writers` is the ring-down defined in its script, to the last digit.
 #![cfg(all(feature = "arrow", feature = "excel", feature = "hdf5", feature = "parquet"))]
 
 use std::path::PathBuf;
 
 use slipfit_io::{ReadOptions, glance, glance_from, read, read_tables};
 
-/// Every file but the script and its provenance.
+/// Every file except the script and its provenance.
 fn files() -> Vec<(String, PathBuf)> {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../validation/reference/writers");
     let named = |path: PathBuf| (path.file_name().unwrap().to_string_lossy().into_owned(), path);
@@ -17,7 +17,7 @@ fn files() -> Vec<(String, PathBuf)> {
     files
 }
 
-/// The ring-down that every file holds.
+/// The ring-down in every file.
 fn x(k: usize) -> f64 {
     let t = k as f64 / 50.0;
     (0.2 * (-0.15 * t).exp() * (std::f64::consts::TAU * 1.5 * t).cos() * 1e6).round() / 1e6
@@ -31,7 +31,7 @@ fn every_writer_is_read_without_a_flag() {
         let reading = read(&path, &ReadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
         let record = &reading.record;
         assert_eq!(record.len(), 400, "{name}");
-        // Half a step of single precision; decimals come as the nearest double.
+        // Half a step of single precision; decimals are read as the nearest double.
         let tolerance = if name.contains("_f4") { 0.2 * f64::from(f32::EPSILON) } else { 1e-15 };
         for (k, value) in record.signal().iter().enumerate() {
             assert!((value - x(k)).abs() <= tolerance, "{name}, row {k}: {value} for {}", x(k));
@@ -40,7 +40,7 @@ fn every_writer_is_read_without_a_flag() {
         assert!((times[399] - times[0] - 7.98).abs() < 1e-6, "{name}: {} s", times[399] - times[0]);
         count += 1;
     }
-    // All of them were there: pyarrow, polars, pandas, DuckDB, h5py, scipy.
+    // The files come from pyarrow, polars, pandas, DuckDB, h5py and scipy.
     assert!(count >= 80, "{count} files");
 }
 
@@ -70,7 +70,7 @@ fn an_arrow_file_without_its_footer_is_read_as_the_stream_it_is() {
     let whole = slipfit_io::read_tables_from(&bytes[..], "whole", usize::MAX).unwrap();
     let cut = slipfit_io::read_tables_from(&bytes[..bytes.len() - 3], "cut", usize::MAX).unwrap();
     assert_eq!(cut.tables, whole.tables);
-    // Three batches of 150 rows: a footer that is lost with the last of them leaves two.
+    // Three batches of 150 rows: if the footer and the last of them are lost, two remain.
     let footer = u32::from_le_bytes(bytes[bytes.len() - 10..bytes.len() - 6].try_into().unwrap()) as usize;
     let end = bytes.len() - 10 - footer - 16;
     let cut = slipfit_io::read_tables_from(&bytes[..end], "cut", usize::MAX).unwrap();
@@ -82,7 +82,7 @@ fn an_arrow_file_without_its_footer_is_read_as_the_stream_it_is() {
 fn a_claim_beyond_what_the_packing_can_hold_is_refused() {
     let (_, path) = files().into_iter().find(|(name, _)| name == "pyarrow_zstd_V5.arrow").unwrap();
     let bytes = std::fs::read(path).unwrap();
-    // 150 numbers of eight bytes: what each packed column of the first batch claims to unpack to.
+    // 150 numbers of eight bytes: the claimed unpacked size of each packed column of the first batch.
     let claim = 1200_u64.to_le_bytes();
     let at = bytes.windows(8).position(|w| w == claim).unwrap();
     let mut bomb = bytes.clone();
@@ -117,17 +117,17 @@ fn sounds_as_phones_pack_them_are_read() {
         assert_eq!(notes, !lossless, "{name}");
         assert_eq!(reading.record.is_lossily_compressed(), !lossless, "{name}");
         let signal = reading.record.signal();
-        // An encoder puts silence of its own in front of the sound: at most three frames of 2048.
+        // An encoder adds silence before the sound: at most three frames of 2048.
         let error = |lag: usize| {
             let rows = signal[lag..].iter().take(7000).enumerate();
             (rows.map(|(k, v)| (v - wave(k)).powi(2)).sum::<f64>() / 7000.0).sqrt()
         };
         let lags = 0..signal.len().saturating_sub(7000).min(6144) + 1;
         let least = lags.map(error).fold(f64::INFINITY, f64::min);
-        // The root mean square of the sound is 0.23; codecs keep what is heard, here to some per cent.
+        // The root mean square of the sound is 0.23; codecs preserve what is audible, here to some per cent.
         let tolerance = if lossless { 1e-9 } else { 0.02 };
         assert!(least < tolerance, "{name}: {least} from the sound that was packed");
-        // Cut in the middle it is read as far as it goes, or refused; it does not panic.
+        // Truncated in the middle it is read as far as it goes, or refused; it does not panic.
         let bytes = std::fs::read(&path).unwrap();
         let _ = slipfit_io::read_from(&bytes[..bytes.len() / 2], name, &ReadOptions::default());
     }

@@ -1,7 +1,7 @@
 //! Numbers annotated with a unit, an error or an imaginary part: `12.73 nm`, `12.73 ± 0.50`, `9.98-7.90j`.
 //!
-//! A text whose rows are such cells is taken apart line by line before it is read: units go to the headers, errors and
-//! imaginary parts to columns of their own.
+//! A text with such cells is split line by line before it is read: units are moved to the headers, errors and imaginary
+//! parts to separate columns.
 
 use std::borrow::Cow;
 
@@ -15,19 +15,19 @@ use crate::{
     report::{Decimal, Delimiter, Note},
 };
 
-/// Lines looked at.
+/// Number of lines examined.
 const FIRST: usize = 150;
-/// Rows that make a table of annotated cells.
+/// Minimum number of rows of a table of annotated cells.
 const FEWEST: usize = 3;
 
-/// What a cell holds besides its number.
+/// Second number of a cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Second {
     Error,
     Imaginary,
 }
 
-/// A cell taken apart.
+/// The parts of a cell.
 #[derive(Debug, PartialEq)]
 struct AnnotatedNumber {
     value: f64,
@@ -35,7 +35,7 @@ struct AnnotatedNumber {
     unit: String,
 }
 
-/// What the cells of a column hold.
+/// Content of the cells of a column.
 #[derive(Debug, Clone, Default, PartialEq)]
 struct Column {
     second: Option<Second>,
@@ -58,14 +58,14 @@ pub(super) struct Annotations {
     header: Option<usize>,
 }
 
-/// Ways of writing a table whose cells may hold blanks.
+/// Delimiters and decimal marks of tables whose cells may contain blanks.
 fn ways() -> impl Iterator<Item = (Delimiter, Decimal)> {
     let quoted = (Delimiter::Comma, Decimal::Comma);
     dialect::CANDIDATES.iter().copied().filter(move |way| way.0 != Delimiter::Blanks && *way != quoted)
 }
 
 impl Annotations {
-    /// How most of the first lines are annotated, if they are.
+    /// Annotation of most of the first lines, if there is one.
     pub(super) fn find(lines: &[&[u8]]) -> Option<Self> {
         let first = &lines[..lines.len().min(FIRST)];
         let filled = first.iter().filter(|line| !line.trim_ascii().is_empty()).count();
@@ -91,7 +91,7 @@ impl Annotations {
             };
             !dialect::is_comment(first[i]) && cells.len() == columns.len() && cells.iter().any(named)
         });
-        // Numbers are given in the unit of their header.
+        // Numbers are converted to the unit of their header.
         let names = header.map(|i| dialect::cells(first[i], delimiter)).unwrap_or_default();
         for (column, name) in columns.iter_mut().zip(names).filter(|(column, _)| !column.unit.is_empty()) {
             let unit = Name::parse(&text(number::trim(name))).unit;
@@ -103,7 +103,7 @@ impl Annotations {
         Some(Self { delimiter, decimal, columns, header })
     }
 
-    /// The first lines of the text, taken apart.
+    /// The first lines of the text, split into parts.
     pub(super) fn head(&self, lines: &[&[u8]]) -> Vec<Vec<u8>> {
         let line = |(i, line): (usize, &&[u8])| {
             let mut out = Vec::with_capacity(line.len());
@@ -117,7 +117,7 @@ impl Annotations {
         lines.iter().enumerate().map(line).collect()
     }
 
-    /// Whole lines below the header, taken apart.
+    /// Whole lines below the header, split into parts.
     pub(super) fn rows(&self, bytes: &[u8], newline: u8) -> Vec<u8> {
         let mut out = Vec::with_capacity(bytes.len());
         for line in bytes.split_inclusive(|b| *b == newline) {
@@ -128,7 +128,7 @@ impl Annotations {
         out
     }
 
-    /// Names of the columns where no line has them.
+    /// Names of the columns if no line states them.
     pub(super) fn names(&self) -> Vec<Name> {
         let column = |column: &Column| {
             let name =
@@ -144,7 +144,7 @@ impl Annotations {
         self.columns.iter().flat_map(column).collect()
     }
 
-    /// What was done.
+    /// Note on the conversion.
     pub(super) fn note(&self) -> Note {
         let mut number = 0;
         let column = |column: &Column| {
@@ -192,7 +192,7 @@ impl Annotations {
                 out.push(separator);
                 match annotated.second {
                     Some((second, value)) if second == wanted => self.number(value * factor, out),
-                    // A real number among complex ones.
+                    // A real number in a column of complex ones.
                     _ if wanted == Second::Imaginary => out.push(b'0'),
                     _ => {}
                 }
@@ -229,8 +229,8 @@ impl Annotations {
     }
 }
 
-/// The rows of the usual width whose cells are numbers or annotated numbers, with one of these among them; `None` where a
-/// cell is missing.
+/// The rows of the most common width whose cells are numbers or annotated numbers, with at least one of the latter;
+/// `None` for a missing cell.
 fn rows(
     lines: &[&[u8]],
     (delimiter, decimal): (Delimiter, Decimal),
@@ -260,9 +260,9 @@ fn rows(
     rows
 }
 
-/// Takes a cell apart; `None` of anything but a number with a known unit, an error or an imaginary part.
+/// Splits a cell; `None` for anything but a number with a known unit, an error or an imaginary part.
 fn annotated_number(cell: &[u8], decimal: Decimal) -> Option<AnnotatedNumber> {
-    /// The longest cell looked at.
+    /// The longest cell examined.
     const LONGEST: usize = 80;
     let cell = text(number::trim(cell));
     if cell.len() > LONGEST {
@@ -283,7 +283,7 @@ fn annotated_number(cell: &[u8], decimal: Decimal) -> Option<AnnotatedNumber> {
     known.then(|| AnnotatedNumber { value, second, unit: unit.to_owned() })
 }
 
-/// The error or imaginary part behind a number, if there is one, and what follows.
+/// The error or imaginary part after a number, if there is one, and the remaining text.
 fn second<'a>(
     value: f64,
     written: &str,
@@ -293,7 +293,7 @@ fn second<'a>(
     let imaginary = |rest: &'a str| rest.strip_prefix(['i', 'j']);
     if let Some(behind) = ["\u{b1}", "+/-", "+-"].iter().find_map(|sign| rest.strip_prefix(sign)) {
         let (size, behind) = number_before(behind, decimal)?;
-        // Some programs write the sign of an imaginary part behind their own.
+        // Some programs write a plus before the sign of an imaginary part.
         if let Some(behind) = imaginary(behind).filter(|_| rest.starts_with("+-")) {
             return Some((Some((Second::Imaginary, -size)), behind));
         }
@@ -313,7 +313,7 @@ fn second<'a>(
         let (size, behind) = number_before(behind, decimal)?;
         return Some((Some((Second::Imaginary, sign * size)), imaginary(behind.trim_start_matches('*'))?));
     }
-    // Digits in parentheses count in units of the last digit of the value.
+    // Digits in parentheses are in units of the last digit of the value.
     if let Some((digits, behind)) = rest.strip_prefix('(').and_then(|rest| rest.split_once(')'))
         && !digits.is_empty()
         && digits.bytes().all(|b| b.is_ascii_digit())
@@ -326,7 +326,7 @@ fn second<'a>(
     Some((None, rest))
 }
 
-/// A finite number at the beginning of a text, and what follows it.
+/// A finite number at the beginning of a text, and the remaining text.
 fn number_before(text: &str, decimal: Decimal) -> Option<(f64, &str)> {
     let text = text.trim_start();
     let (value, used) = match decimal {
@@ -376,7 +376,7 @@ mod tests {
             assert_eq!((found.value, found.unit.as_str()), (value, unit), "{cell}");
             assert_eq!(found.second.map(|s| s.0), second.map(|s: (Second, f64)| s.0), "{cell}");
             let [found, wanted] = [found.second, second].map(|s| s.map_or(0.0, |s| s.1));
-            // Percents and last digits are products.
+            // Percentages and last digits are products.
             assert!((found - wanted).abs() < 1e-12, "{cell}: {found}");
         }
         let comma = AnnotatedNumber { value: 12.73, second: Some((Error, 0.5)), unit: "mm".into() };
@@ -405,7 +405,7 @@ mod tests {
         let head: Vec<String> =
             annotations.head(&lines).into_iter().map(|l| String::from_utf8(l).unwrap()).collect();
         assert_eq!(head, ["f (kHz),A (nm)", "1e0,2e0", "1.1e0,3e0", "# remark", "1.2e0,n/a"]);
-        // A unit in the header is that of its numbers.
+        // The numbers are converted to the unit in the header.
         let lines: [&[u8]; 4] =
             [b"f (kHz),A (nm)", b"970 Hz,12 pm", b"980 Hz,20 \xc2\xb1 1 pm", b"1 kHz,20 pm"];
         let head: Vec<String> = Annotations::find(&lines)

@@ -1,4 +1,4 @@
-//! Settings in the columns beside the first rows, as oscilloscopes of Tektronix write them:
+//! Settings in columns beside the first rows, as written by Tektronix oscilloscopes:
 //! `Record Length,2.500000e+03,,-0.5000,0.02,` above `,,,-0.4996,0.04,`.
 
 use std::ops::Range;
@@ -13,25 +13,26 @@ use crate::{
     report::{Delimiter, Note},
 };
 
-/// Rows that have settings beside them, at least.
+/// Minimum number of rows with settings beside them.
 const FEWEST: usize = 3;
-/// Rows behind those with which their times are compared.
+/// Number of following rows with which their times are compared.
 const COMPARED: usize = 20;
 
-/// The settings and where they stand.
+/// The settings and their position.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Settings {
-    /// Columns of settings, in front of those of samples.
+    /// Number of columns of settings, to the left of those of samples.
     columns: usize,
     delimiter: Delimiter,
-    /// Lines of samples that have them.
+    /// Number of lines of samples that have settings.
     rows: usize,
     values: Vec<(String, String)>,
     names: Vec<Name>,
 }
 
 impl Settings {
-    /// Of a table whose first columns are empty, below lines that are the same rows with words in those columns.
+    /// Settings of a table whose first columns are empty, below lines that are the same rows with words in those
+    /// columns.
     pub(super) fn find(lines: &[&[u8]], layout: &Layout) -> Option<Self> {
         let shape = layout.shape;
         let separator = char::from(dialect::separator(shape.delimiter)?);
@@ -63,7 +64,7 @@ impl Settings {
             .map(|line| cells(line))
             .take_while(|row| row.len() == shape.width && numbers(row).is_some_and(|n| n.len() == usual))
             .collect();
-        // The first column of samples goes on evenly from beside the settings to below them.
+        // The times beside the settings and below them must be nearly evenly spaced.
         let times: Vec<f64> = above
             .iter()
             .rev()
@@ -93,7 +94,7 @@ impl Settings {
         Some(Self { columns, delimiter: shape.delimiter, rows: above.len(), values, names })
     }
 
-    /// A line without the cells of settings.
+    /// A line without the cells of the settings.
     pub(super) fn line(&self, line: &[u8], out: &mut Vec<u8>) {
         let separator = dialect::separator(self.delimiter).unwrap_or(b',');
         let cells = dialect::cells(line, self.delimiter);
@@ -110,7 +111,7 @@ impl Settings {
         }
     }
 
-    /// Those that the settings tell: `Horizontal Units,s`.
+    /// Names stated in the settings: `Horizontal Units,s`.
     pub(super) fn names(&self) -> Vec<Name> {
         self.names.clone()
     }
@@ -128,7 +129,7 @@ impl Settings {
     }
 }
 
-/// Names of the columns by the units and the source among the settings; none where no unit is stated.
+/// Names of the columns from the units and the source in the settings; empty if no unit is stated.
 fn names(settings: &[String], separator: char, columns: usize, width: usize) -> Vec<Name> {
     let value = |wanted: &str| {
         let pairs = settings.iter().filter_map(|line| line.split_once(separator));

@@ -1,17 +1,17 @@
-//! How a file separates cells and writes fractions.
+//! Separators of cells and decimal marks of a file.
 
 use memchr::memchr;
 
 use super::number::{self, Cell};
 use crate::report::{Decimal, Delimiter};
 
-/// Characters that begin a remark.
+/// Whether a line is a remark.
 pub(super) fn is_comment(line: &[u8]) -> bool {
     let line = line.trim_ascii_start();
     matches!(line.first(), Some(b'#' | b'%')) || line.starts_with(b"//")
 }
 
-/// The single byte between two cells, where there is one.
+/// The single byte between two cells, if there is one.
 pub(super) fn separator(delimiter: Delimiter) -> Option<u8> {
     match delimiter {
         Delimiter::Comma => Some(b','),
@@ -22,14 +22,14 @@ pub(super) fn separator(delimiter: Delimiter) -> Option<u8> {
     }
 }
 
-/// The cells of a line, quotes heeded and kept.
+/// The cells of a line; quotes are respected and kept.
 pub(super) fn cells(line: &[u8], delimiter: Delimiter) -> Vec<&[u8]> {
     let mut cells = Vec::new();
     for_each_cell(line, delimiter, |cell| cells.push(cell));
     cells
 }
 
-/// Hands on each cell of a line, quotes heeded and kept.
+/// Passes on each cell of a line; quotes are respected and kept.
 fn for_each_cell<'a>(line: &'a [u8], delimiter: Delimiter, mut take: impl FnMut(&'a [u8])) {
     let Some(separator) = separator(delimiter) else {
         if delimiter == Delimiter::None {
@@ -43,7 +43,7 @@ fn for_each_cell<'a>(line: &'a [u8], delimiter: Delimiter, mut take: impl FnMut(
     let (mut start, mut quoted) = (0, false);
     for (i, &byte) in line.iter().enumerate() {
         if byte == b'"' {
-            // A quote opens a cell only at its beginning; inches stand inside.
+            // A quote opens a cell only at its beginning; inside a cell it means inches.
             quoted =
                 if quoted { false } else { line[start..i].trim_ascii().is_empty() || ends_quote(line, i) };
         } else if byte == separator && !quoted {
@@ -54,23 +54,23 @@ fn for_each_cell<'a>(line: &'a [u8], delimiter: Delimiter, mut take: impl FnMut(
     take(&line[start..]);
 }
 
-/// Whether the quote at `i` is the second of a doubled one.
+/// Whether the quote at `i` is the second of two adjacent quotes.
 fn ends_quote(line: &[u8], i: usize) -> bool {
     i > 0 && line[i - 1] == b'"'
 }
 
-/// What kind of row a line is in a dialect.
+/// Kind of a line in a dialect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum RowKind {
     Blank,
     Comment,
-    /// So many cells, every one a number or missing, and a number among them.
+    /// Number of cells, all of which are numbers or missing, with at least one number.
     Numbers(usize),
     /// Anything else.
     Text(usize),
 }
 
-/// The kind of a line; `words` tells whether a row of numbers may hold other cells too.
+/// The kind of a line; with `words`, a row of numbers may also contain other cells.
 pub(super) fn row_kind(line: &[u8], delimiter: Delimiter, decimal: Decimal, words: bool) -> RowKind {
     if line.trim_ascii().is_empty() {
         return RowKind::Blank;
@@ -81,7 +81,7 @@ pub(super) fn row_kind(line: &[u8], delimiter: Delimiter, decimal: Decimal, word
     let (mut width, mut numbers, mut text) = (0, 0, false);
     for_each_cell(line, delimiter, |cell| {
         width += 1;
-        // One word in a row of numbers decides.
+        // A single word in a row of numbers is decisive.
         if text {
             return;
         }
@@ -100,14 +100,14 @@ pub(super) struct Shape {
     pub(super) delimiter: Delimiter,
     pub(super) decimal: Decimal,
     pub(super) width: usize,
-    /// Whether the rows hold words beside their numbers.
+    /// Whether the rows contain words in addition to their numbers.
     pub(super) words: bool,
 }
 
-/// Lines looked at closely.
+/// Number of lines examined closely.
 const FIRST: usize = 150;
 
-/// In order of preference where several fit equally well.
+/// In order of preference if several fit equally well.
 pub(super) const CANDIDATES: &[(Delimiter, Decimal)] = &[
     (Delimiter::Tab, Decimal::Point),
     (Delimiter::Semicolon, Decimal::Point),
@@ -124,12 +124,12 @@ pub(super) const CANDIDATES: &[(Delimiter, Decimal)] = &[
 
 /// The dialect in which most lines are rows of numbers.
 pub(super) fn detect(lines: &[&[u8]]) -> Option<Shape> {
-    // The first lines, where preambles are, and a sample of the others.
+    // The first lines, which contain preambles, and a sample of the others.
     let (first, others) = lines.split_at(lines.len().min(FIRST));
     let stride = others.len().div_ceil(FIRST).max(1);
     let lines: Vec<&[u8]> = first.iter().chain(others.iter().step_by(stride)).copied().collect();
     detect_rows(&lines, false).or_else(|| {
-        // Rows with words in them are a table only where nearly all lines are such rows.
+        // Rows containing words are a table only if nearly all lines are such rows.
         let shape = detect_rows(&lines, true)?;
         let row = RowKind::Numbers(shape.width);
         let rows = lines.iter().filter(|l| row_kind(l, shape.delimiter, shape.decimal, true) == row).count();
@@ -137,7 +137,7 @@ pub(super) fn detect(lines: &[&[u8]]) -> Option<Shape> {
     })
 }
 
-/// Whether most of the lines in the middle are rows of numbers, and of nothing else.
+/// Whether most of the lines in the middle are rows of numbers only.
 pub(super) fn is_clear(lines: &[&[u8]], shape: Shape) -> bool {
     const LOOKED_AT: usize = 24;
     let from = lines.len() / 2;
@@ -153,7 +153,7 @@ fn detect_rows(lines: &[&[u8]], words: bool) -> Option<Shape> {
         let widths = rows_of_numbers(lines, &mut whole, delimiter, decimal, words);
         mode(&widths).map(|width| (widths.len(), Shape { delimiter, decimal, width, words }))
     };
-    // Those before it divide no line, so that they find one cell a row; those behind it cannot find clearly more rows.
+    // Earlier candidates divide no line and give one cell per row; later ones cannot give clearly more rows.
     let first = CANDIDATES.iter().find(|(delimiter, _)| lines.iter().any(|line| divides(line, *delimiter)));
     let nearly_all = |found: &(usize, Shape)| found.1.width > 1 && found.0 * 51 >= lines.len() * 50;
     let (_, mut shape) = match first.and_then(&mut shape_with).filter(nearly_all) {
@@ -169,8 +169,8 @@ fn detect_rows(lines: &[&[u8]], words: bool) -> Option<Shape> {
     Some(shape)
 }
 
-/// The one with clearly more rows; where they are alike, the first with more than one cell a row, which is what any
-/// wrong delimiter gives.
+/// The one with clearly more rows; if they are similar, the first with more than one cell per row: any wrong delimiter
+/// gives one cell per row.
 fn better(held: (usize, Shape), other: (usize, Shape)) -> (usize, Shape) {
     let ((most, held_shape), (rows, shape)) = (held, other);
     let clearly = rows * 50 > most * 51;
@@ -178,8 +178,8 @@ fn better(held: (usize, Shape), other: (usize, Shape)) -> (usize, Shape) {
     if clearly || (as_good && held_shape.width == 1 && shape.width > 1) { other } else { held }
 }
 
-/// The number of cells of each row of numbers. A line that a delimiter does not divide is the same for each of
-/// them: `whole` keeps its kind for points and for commas.
+/// The number of cells of each row of numbers. A line that is not divided has the same kind for every delimiter:
+/// `whole` stores this kind, for decimal points and for decimal commas.
 fn rows_of_numbers(
     lines: &[&[u8]],
     whole: &mut [[Option<RowKind>; 2]],
@@ -207,8 +207,7 @@ fn divides(line: &[u8], delimiter: Delimiter) -> bool {
     }
 }
 
-/// Whether commas that could separate pairs of integers are decimal marks of
-/// single numbers: `38,0169` is.
+/// Whether commas that could separate pairs of integers are decimal marks of single numbers, as in `38,0169`.
 fn is_decimal_comma(lines: &[&[u8]]) -> bool {
     let (mut pairs, mut lengths, mut header) = (Vec::new(), Vec::new(), None);
     for line in lines {
@@ -242,17 +241,17 @@ fn is_decimal_comma(lines: &[&[u8]]) -> bool {
     }
 }
 
-/// Whether pairs of integers are a clock and what was read by it, as `1234,885` of a microcontroller: in many rows the
-/// first goes up in each. Decimals of as many digits would be numbers that go up evenly, to the last of them.
+/// Whether pairs of integers are clock times and readings, as `1234,885` from a microcontroller: in many rows the first
+/// number increases in each. Numbers with as many decimals would increase evenly, to the last digit.
 fn is_clock_beside_readings(pairs: &[[&[u8]; 2]]) -> bool {
     const ROWS: usize = 8;
-    /// Steps between rounded numbers of an even clock stray by so many units of the last digit at most.
+    /// Maximum variation of the steps between rounded numbers of an even clock, in units of the last digit.
     const EVEN: i128 = 4;
     let number = |cell: &[u8]| std::str::from_utf8(cell).ok()?.parse::<i64>().ok().map(i128::from);
     let rows: Option<Vec<[i128; 2]>> =
         pairs.iter().map(|[left, right]| Some([number(left)?, number(right)?])).collect();
     let Some(rows) = rows.filter(|rows| rows.len() >= ROWS) else { return false };
-    // Lines far into the file stand a stride apart.
+    // Lines far into the file are a stride apart.
     let near = &rows[..rows.len().min(FIRST / 2)];
     let digits = pairs[0][1].len().min(18) as u32;
     let joined = |[left, right]: &[i128; 2]| left * 10_i128.pow(digits) + right;
@@ -266,7 +265,7 @@ fn is_integer(cell: &[u8]) -> bool {
     !digits.is_empty() && digits.iter().all(u8::is_ascii_digit)
 }
 
-/// The most common value; of equals the greater.
+/// The most common value; the greater of equally common ones.
 fn mode(values: &[usize]) -> Option<usize> {
     let mut sorted = values.to_vec();
     sorted.sort_unstable();

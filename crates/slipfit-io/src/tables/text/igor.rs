@@ -1,13 +1,13 @@
-//! Waves of Igor as text: their names stand above the points, the step between these and the units behind them.
+//! Igor waves as text: their names are above the points, the step between the points and the units below them.
 
 use super::layout::{self, Layout};
 use crate::columns::{name::Name, stated};
 
-/// What `vendors` calls such a text.
+/// Name of the writer of such texts in `vendors`.
 pub(super) const WRITER: &str = "Igor";
 
-/// Adds what `X SetScale/P x 0,0.0002,"s", deflection; SetScale y 0,0,"V", deflection` says, in the text or what is
-/// held of it.
+/// Adds the statements of `X SetScale/P x 0,0.0002,"s", deflection; SetScale y 0,0,"V", deflection` found in the text
+/// or in the available part of it.
 pub(super) fn add_scale(text: &[u8], layout: &mut Layout) {
     let text = layout::text(text);
     let commands =
@@ -30,8 +30,8 @@ pub(super) fn add_scale(text: &[u8], layout: &mut Layout) {
     };
     let waves = text.lines().find(|line| line.starts_with("WAVES")).unwrap_or_default();
     let waves: Vec<&str> = waves.split([' ', '\t', ',']).skip(1).filter(|wave| !wave.is_empty()).collect();
-    // A tab stands in front of each row.
-    // That the line above the points names no columns.
+    // Each row begins with a tab.
+    // Removes the note that the line above the points names no columns.
     layout.head.notes.clear();
     let names = &mut layout.head.names;
     let first = names.len().saturating_sub(waves.len());

@@ -1,4 +1,4 @@
-//! Lines of names and values, as the Arduino's serial plotter takes them: `t:0 x:512`, `t=0, x=512`.
+//! Lines of names and values in the format of the Arduino serial plotter: `t:0 x:512`, `t=0, x=512`.
 
 use super::{
     layout::text,
@@ -9,7 +9,7 @@ use crate::{
     report::{Decimal, Note},
 };
 
-/// Different names in the first lines, at most.
+/// Maximum number of different names in the first lines.
 const MOST: usize = 256;
 
 /// The names, in order of appearance.
@@ -20,7 +20,7 @@ pub(super) struct Labels(Vec<Vec<u8>>);
 type Pair<'a> = (&'a [u8], &'a [u8]);
 
 impl Labels {
-    /// Those of the first lines, where most of them are such lines and at least `fewest`.
+    /// Names in the first lines, if most of these lines, and at least `fewest`, have this form.
     pub(super) fn find(lines: &[&[u8]], fewest: usize) -> Option<Self> {
         let filled = lines.iter().filter(|line| !line.trim_ascii().is_empty()).count();
         let rows: Vec<Vec<Pair<'_>>> = lines.iter().filter_map(|line| pairs(line)).collect();
@@ -36,7 +36,7 @@ impl Labels {
         (labels.len() <= MOST).then_some(Self(labels))
     }
 
-    /// The values of a line in the order of the names; any other line, and one with further names, as a remark.
+    /// The values of a line in the order of the names; any other line, or one with additional names, becomes a remark.
     pub(super) fn line(&self, line: &[u8], out: &mut Vec<u8>) {
         if line.trim_ascii().is_empty() {
             return out.extend_from_slice(line);
@@ -70,7 +70,7 @@ impl Labels {
     }
 }
 
-/// A line of names and numbers; `None` of any other.
+/// Names and numbers of a line; `None` for any other line.
 fn pairs(line: &[u8]) -> Option<Vec<Pair<'_>>> {
     let is_separator = |b: &u8| matches!(b, b' ' | b'\t' | b',' | b';' | b'\r');
     let mut rest = line;
@@ -89,7 +89,7 @@ fn pairs(line: &[u8]) -> Option<Vec<Pair<'_>>> {
         let is_name = !label.first()?.is_ascii_digit() && !label.iter().any(is_separator);
         let end = behind.iter().position(is_separator).unwrap_or(behind.len());
         let value = &behind[..end];
-        // `x:y` names something else, and so does a time of day.
+        // `x:y` names something else, as does a time of day.
         if !is_name || value.is_empty() || number::cell(value, Decimal::Point) == Cell::Text {
             return None;
         }

@@ -1,4 +1,4 @@
-//! Where the table begins, what its columns are called and how they group.
+//! Beginning of the table, names of its columns, and their grouping.
 
 use std::borrow::Cow;
 
@@ -18,7 +18,7 @@ use crate::{
     report::{Decimal, Delimiter, Note},
 };
 
-/// Rows after the first that must be rows as well.
+/// Number of lines, from the first row on, most of which must be rows.
 const LOOK_AHEAD: usize = 5;
 
 /// A table found in the first lines of a file.
@@ -31,15 +31,15 @@ pub(super) struct Layout {
     pub(super) first_line: usize,
     /// Whether the rows quote cells.
     pub(super) quoted: bool,
-    /// The day of its first date, counted from 1970; 0 without one.
+    /// The day of the first date, counted from 1970; 0 if there is none.
     pub(super) day: i64,
-    /// The program or instrument that wrote it, if that can be told.
+    /// The program or instrument that wrote it, if it is known.
     pub(super) convention: Option<&'static str>,
-    /// Its columns, and what stands above it.
+    /// Its columns, and the information above it.
     pub(super) head: Head,
 }
 
-/// Bytes as text: UTF-8, else Windows-1252, which has every byte.
+/// Bytes as text: UTF-8, else Windows-1252, which covers every byte.
 pub(crate) fn text(bytes: &[u8]) -> Cow<'_, str> {
     match std::str::from_utf8(bytes) {
         Ok(text) => Cow::Borrowed(text),
@@ -68,7 +68,7 @@ pub(super) fn find(lines: &[&[u8]]) -> Option<Layout> {
     Some(Layout { shape, header_line, first_line, quoted, day, convention: None, head })
 }
 
-/// The rate that the lines above a table state.
+/// The sampling rate stated in the lines above a table.
 fn stated_rate_hz(lines: &[&[u8]], shape: Shape) -> Option<f64> {
     let lines: Vec<Cow<'_, str>> = lines.iter().map(|line| text(line)).collect();
     let own = dialect::separator(shape.delimiter).map(char::from);
@@ -78,7 +78,7 @@ fn stated_rate_hz(lines: &[&[u8]], shape: Shape) -> Option<f64> {
     own.and_then(|own| of(&[own])).or_else(|| of(any))
 }
 
-/// Names that stand one column too far to the left, as R writes them above rows that begin with a number of their own.
+/// Shifts names that are one column too far to the left, as written by R above rows that begin with a row number.
 fn behind_row_names(
     mut names: Vec<Name>,
     header_line: Option<usize>,
@@ -108,12 +108,12 @@ fn behind_row_names(
     names
 }
 
-/// Columns of dates and times of day are times in seconds, whatever their headers; with the first day.
+/// Columns of dates and times of day become times in seconds, whatever their headers; also returns the first day.
 fn stamped(mut names: Vec<Name>, row: &[u8], shape: Shape, notes: &mut Vec<Note>) -> (Vec<Name>, i64) {
     let mut day = None;
     for (column, (name, cell)) in names.iter_mut().zip(dialect::cells(row, shape.delimiter)).enumerate() {
         let cell = text(number::trim(cell));
-        // A fraction of decimal comma or point is no stamp; `1.5` is read first.
+        // A number with a decimal comma or point is not a stamp; `1.5` is read as a number first.
         let plain = number::number(cell.as_bytes(), shape.decimal).is_some();
         let Some(stamp) = stamp::read(&cell).filter(|_| !plain) else { continue };
         day = day.or(stamp.day);
@@ -130,8 +130,8 @@ fn stamped(mut names: Vec<Name>, row: &[u8], shape: Shape, notes: &mut Vec<Note>
     (names, day.unwrap_or(0))
 }
 
-/// The first row of numbers of the usual width that others follow; `kinds` are those of the lines that it
-/// takes to find it.
+/// The first row of numbers with the most common width that is followed by others; `kinds` receives the kinds of the
+/// lines examined for this.
 fn first_row(lines: &[&[u8]], shape: Shape, kinds: &mut Vec<RowKind>) -> Option<usize> {
     let mut kind = |i: usize| {
         let seen = kinds.len();
@@ -149,7 +149,7 @@ fn first_row(lines: &[&[u8]], shape: Shape, kinds: &mut Vec<RowKind>) -> Option<
         let next: Vec<RowKind> =
             (i..lines.len()).map(&mut kind).filter(|k| *k != RowKind::Blank).take(LOOK_AHEAD).collect();
         let rows = next.iter().filter(|k| matches!(k, RowKind::Numbers(_))).count();
-        // A date above the header is no row: the header stands between it and the numbers.
+        // A date above the header is not a row: the header lies between it and the numbers.
         let header_below = matches!(next.get(1), Some(RowKind::Text(_))) && !is_below_names(lines, i, shape);
         if !header_below && rows * 5 >= next.len() * 4 {
             return Some(i);
@@ -158,7 +158,7 @@ fn first_row(lines: &[&[u8]], shape: Shape, kinds: &mut Vec<RowKind>) -> Option<
     any
 }
 
-/// Whether the line above one names its columns.
+/// Whether the line above a line names its columns.
 fn is_below_names(lines: &[&[u8]], line: usize, shape: Shape) -> bool {
     let above = lines[..line].iter().rev().find(|line| !line.trim_ascii().is_empty());
     let cells = above.map(|line| texts(&dialect::cells(line, shape.delimiter))).unwrap_or_default();
@@ -220,7 +220,7 @@ fn header(
             );
         }
     }
-    // Among remarks a header is one whose words are those of columns.
+    // A remark is a header if its words are names of columns.
     above().filter(|&i| kinds[i] == RowKind::Comment).find_map(|i| {
         let cells = header_cells(names_of(uncommented(lines[i]), shape)?, shape)?;
         let cells = join_unit_row(cells, i, lines, kinds, shape);
@@ -230,7 +230,7 @@ fn header(
     })
 }
 
-/// Whether half the cells of a line are numbers: no header has so many.
+/// Whether at least half the cells of a line are numbers, which is too many for a header.
 fn holds_numbers(line: &[u8], shape: Shape) -> bool {
     let cells = dialect::cells(line, shape.delimiter);
     let filled = cells.iter().filter(|c| !number::trim(c).is_empty()).count();
@@ -238,14 +238,14 @@ fn holds_numbers(line: &[u8], shape: Shape) -> bool {
     cells.len() == shape.width && shape.width > 1 && cells.iter().filter(numeric).count() * 2 >= filled
 }
 
-/// The line without the mark of a remark.
+/// The line without its remark mark.
 fn uncommented(line: &[u8]) -> &[u8] {
     let line = line.trim_ascii();
     let marks = line.iter().take_while(|b| matches!(b, b'#' | b'%' | b'/')).count();
     line[marks..].trim_ascii()
 }
 
-/// The part of a remark that may name columns: what stands behind `columns:`, nothing of `units: V`.
+/// The part of a remark that may name columns: the text after `columns:`, nothing of `units: V`.
 fn names_of(line: &[u8], shape: Shape) -> Option<&[u8]> {
     if dialect::separator(shape.delimiter).is_some() {
         return Some(line);
@@ -262,11 +262,11 @@ fn names_of(line: &[u8], shape: Shape) -> Option<&[u8]> {
     }
 }
 
-/// The cells of a header, if there is a way to see as many as the rows have.
+/// The cells of a header, if it can be split into as many cells as the rows have.
 fn header_cells(line: &[u8], shape: Shape) -> Option<Vec<String>> {
     let line = line.trim_ascii_end();
     if shape.delimiter == Delimiter::None {
-        // A line with a number among its words is a value of something else.
+        // A line with a number among its words is the value of another quantity.
         let numeric = |c: &[u8]| matches!(number::cell(c, shape.decimal), number::Cell::Number(_));
         let several = line.windows(3).any(|bytes| matches!(bytes, b"\",\"" | b"\";\""));
         if several || line.split(|b| b",;\t=: ".contains(b)).any(numeric) && !line.starts_with(b"\"") {
@@ -290,10 +290,10 @@ fn header_cells(line: &[u8], shape: Shape) -> Option<Vec<String>> {
     ways.iter().find_map(|way| fitted(way(), shape.width))
 }
 
-/// Empty cells at the end may be too many or too few.
+/// Removes surplus empty cells at the end, or adds a missing one.
 fn fitted(mut cells: Vec<String>, width: usize) -> Option<Vec<String>> {
-    // LabVIEW names a column of comments and writes none.
-    // Rigol's start and step stand behind the names.
+    // LabVIEW names a column of comments but writes none.
+    // Rigol writes start and step after the names.
     let spare = |cell: &String| {
         cell.is_empty() || cell == "Comment" || cell.starts_with("t0 =") || cell.starts_with("tInc =")
     };
@@ -310,7 +310,7 @@ fn texts(cells: &[&[u8]]) -> Vec<String> {
     cells.iter().map(|c| text(number::trim(c)).into_owned()).collect()
 }
 
-/// Words between blanks, with units in brackets put to the word before.
+/// Words separated by blanks, with units in brackets joined to the preceding word.
 fn joined_units(line: &str) -> Vec<String> {
     let mut cells: Vec<String> = Vec::new();
     for word in line.split_whitespace() {
@@ -325,7 +325,7 @@ fn joined_units(line: &str) -> Vec<String> {
     cells
 }
 
-/// How a reader would count the names of a line.
+/// The names of a line as a human reader would count them.
 fn plain_header_cells(line: &[u8]) -> Vec<String> {
     let by = |d| texts(&dialect::cells(line, d));
     [by(Delimiter::Tab), by(Delimiter::Semicolon), by(Delimiter::Comma)]
@@ -334,8 +334,8 @@ fn plain_header_cells(line: &[u8]) -> Vec<String> {
         .unwrap_or_else(|| joined_units(&text(line)))
 }
 
-/// Names that go over two lines: where the lower one says nothing that is known and the one right
-/// above it, with as many cells, does.
+/// Joins names that span two lines, if the lower line contains nothing known and the line directly above it, with as
+/// many cells, does.
 fn join_name_rows(
     cells: Vec<String>,
     line: usize,
@@ -362,7 +362,7 @@ fn join_name_rows(
     upper.iter().zip(&cells).map(|(upper, lower)| format!("{upper} {lower}").trim().to_owned()).collect()
 }
 
-/// A cell without brackets around all of it: the last one of `m/(s^2)` stays.
+/// A cell without enclosing brackets: the last one of `m/(s^2)` is kept.
 fn unbracketed(cell: &str) -> &str {
     let cell = cell.trim();
     match cell.as_bytes() {
@@ -371,7 +371,7 @@ fn unbracketed(cell: &str) -> &str {
     }
 }
 
-/// Whether a cell of a row of units is one, or none: Campbell loggers write `TS` and `RN` of stamps and numbers.
+/// Whether a cell of a row of units is a unit or empty: Campbell loggers write `TS` and `RN` for stamps and numbers.
 fn is_unit(cell: &str) -> bool {
     cell.is_empty()
         || matches!(cell, "TS" | "RN")
@@ -379,14 +379,14 @@ fn is_unit(cell: &str) -> bool {
         || (cell.starts_with(['(', '[']) && cell.ends_with([')', ']']))
 }
 
-/// A name with the unit below it.
+/// A name with the unit given below it.
 fn with_unit(name: &str, unit: &str) -> String {
     let unit = if matches!(unit, "TS" | "RN") { "" } else { unbracketed(unit) };
     format!("{name} ({unit})").trim_end_matches("()").trim().to_owned()
 }
 
-/// Names and units above a line that says more of the columns: comments of Origin, `Smp` and `Avg` of Campbell loggers,
-/// types, dashes; with the line of the units.
+/// Names and units above a line with further information on the columns: comments of Origin, `Smp` and `Avg` of
+/// Campbell loggers, types, dashes; returned with the index of the line of units.
 fn above_comments(
     lines: &[&[u8]],
     kinds: &[RowKind],
@@ -400,7 +400,7 @@ fn above_comments(
     let [names, cells] = [header_cells(lines[names], shape)?, header_cells(lines[units], shape)?];
     let says = |cell: &String| units::measures(unbracketed(cell)).is_some();
     let own = header_cells(lines[comments], shape).unwrap_or_default();
-    // Two lines of units, or a line of names below them, are something else.
+    // Two lines of units, or a line of names below them, have another meaning.
     let of_units = |cells: &[String]| cells.iter().all(|cell| is_unit(cell)) && cells.iter().any(says);
     if !of_units(&cells) || of_units(&own) || of_units(&names) {
         return None;
@@ -409,7 +409,8 @@ fn above_comments(
     Some((units, joined.collect()))
 }
 
-/// The columns of a header of units alone, `s,V` or `Hz,mV`: a time or a frequency and what stands over it.
+/// The columns of a header that consists of units only, `s,V` or `Hz,mV`: a time or a frequency and the quantities over
+/// it.
 fn names_of_units(cells: &[String]) -> Option<Vec<Name>> {
     let is_clock = |unit: &str| {
         let plain = !["h", "d", "m"].contains(&unit);
@@ -420,7 +421,7 @@ fn names_of_units(cells: &[String]) -> Option<Vec<Name>> {
         return None;
     }
     let name = |cell: &String| {
-        // `V` is no velocity and `g` no acceleration's axis; `deg` may be a phase.
+        // `V` is not a velocity and `g` not an axis of an acceleration; `deg` may be a phase.
         let measured =
             matches!(units::measures(cell), Some(Measures::Signal(_))) && units::radians(cell).is_none();
         let bare = if measured { String::new() } else { cell.clone() };
@@ -429,7 +430,7 @@ fn names_of_units(cells: &[String]) -> Option<Vec<Name>> {
     Some(cells.iter().map(name).collect())
 }
 
-/// Where the line above the numbers holds units only, names stand above it.
+/// If the line above the numbers contains only units, joins them with the names above it.
 fn join_unit_row(
     cells: Vec<String>,
     line: usize,
@@ -443,7 +444,7 @@ fn join_unit_row(
     let above = (0..line).rev().find(|&i| kinds[i] != RowKind::Blank);
     let names = above.and_then(|i| header_cells(uncommented(lines[i]), shape));
     match names {
-        // `x` and `s` are units and names: two rows of them are needed.
+        // `x` and `s` are both units and names: two such rows are needed.
         Some(names) => names.iter().zip(&cells).map(|(name, unit)| with_unit(name, unit)).collect(),
         None => cells,
     }

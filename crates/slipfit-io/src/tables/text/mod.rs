@@ -32,45 +32,45 @@ use crate::{
     report::{Dialect, Skipped},
 };
 
-/// Bytes from which the dialect is told.
+/// Number of bytes from which the dialect is detected.
 const HEAD: usize = 256 << 10;
-/// Bytes from which columns are told apart where their names do not do it.
+/// Number of bytes from which the roles of columns are determined if their names do not suffice.
 const PREVIEW: usize = 8 << 20;
-/// Bytes of a text that may have several tables one below the other.
+/// Maximum size in bytes of a text that may have several tables below each other.
 const HELD: usize = LONGEST_LINE;
-/// Longest line of a table.
+/// Maximum length of a line of a table.
 const LONGEST_LINE: usize = 4 << 20;
-/// Bytes read while those before are turned into numbers.
+/// Number of bytes read while the preceding ones are converted to numbers.
 const BLOCK: usize = 2 << 20;
-/// Lines from which the dialect is told.
+/// Number of lines from which the dialect is detected.
 const HEAD_LINES: usize = 2000;
 
-/// A text that is read once, from front to back; its table is found in its first lines. Several tables one below the
-/// other are found in a text that the window holds whole.
+/// A text that is read once, from start to end; its table is found in its first lines. Several tables below each other
+/// are found only in a text that fits into the window.
 pub(crate) struct Text<R> {
     source: Source<R>,
     /// Its size in bytes, if it is known.
     size: Option<u64>,
     encoding: &'static str,
     newline: u8,
-    /// Bytes of the window from which the dialect was told.
+    /// Number of bytes of the window from which the dialect was detected.
     looked_at: usize,
-    /// At least one; only the first of several may lack its place in the window.
+    /// At least one; if there are several, only the first may lack its place in the window.
     tables: Vec<TextTable>,
-    /// Every column, where the window that was looked at holds the whole text and each line of it is a row.
+    /// Every column, if the examined window contains the whole text and each of its lines is a row.
     previewed: Option<Vec<Vec<f64>>>,
 }
 
 /// A table of a text.
 struct TextTable {
     layout: Layout,
-    /// How its lines are written anew, where they are no rows of numbers alone.
+    /// How its lines are rewritten, if they are not rows of plain numbers.
     rewrite: Option<Arc<Rewrite>>,
-    /// Lines above it in the text.
+    /// Number of lines above it in the text.
     lines_before: usize,
-    /// Where it stands in the window, among others.
+    /// Its position in the window, if there are several tables.
     place: Option<Range<usize>>,
-    /// How the values of one signal fill several columns.
+    /// How the values of one signal are distributed over several columns.
     wrapped: Option<Wrapped>,
 }
 
@@ -92,13 +92,13 @@ impl TextTable {
         Ok(Self { layout, rewrite, lines_before: 0, place: None, wrapped: None })
     }
 
-    /// The line of its first row in the text, from 1.
+    /// The line number of its first row in the text, from 1.
     fn first_row(&self) -> u64 {
         (self.lines_before + self.layout.first_line) as u64 + 1
     }
 }
 
-/// The tables of a text that is held as a whole.
+/// The tables of a text in memory.
 pub(crate) fn hold(bytes: &[u8]) -> Result<Vec<Held>, ReadProblem> {
     let mut text = Text::open(bytes, None)?;
     (0..text.tables.len()).map(|table| gather(&mut text, table, usize::MAX)).collect()
@@ -137,7 +137,8 @@ impl<R: Read> Text<R> {
         Ok(text)
     }
 
-    /// Whether the text holds as many values as its header states; of one that is longer than the window its size tells.
+    /// Whether the text contains as many values as its header states; estimated from its size if it is longer than the
+    /// window.
     fn is_wrapped(&self, wrapped: Wrapped) -> bool {
         if !self.source.ended() {
             return self.size.is_some() && wrapped.fits_about(self.rows_expected());
@@ -146,7 +147,7 @@ impl<R: Read> Text<R> {
         wrapped.fits(self.plan(0, &wrapped.all()).part(self.rows(window, first_line)))
     }
 
-    /// The tables one below the other, where a text that is held has several.
+    /// The tables below each other, if a text in memory has several.
     fn several(&self) -> Option<Vec<TextTable>> {
         let first = self.tables.first()?;
         let is_one = first.rewrite.is_some() || first.layout.convention == Some(igor::WRITER);
@@ -174,13 +175,13 @@ impl<R: Read> Text<R> {
         plan.block_headers = layout.convention == Some(vendors::LABVIEW);
         plan.day = layout.day;
         plan.rewrite.clone_from(rewrite);
-        // Of a text that is longer than the window one table is read.
+        // Only one table is read from a text that is longer than the window.
         let is_table = wrapped.is_none() && !self.source.ended();
         plan.names = is_table.then(|| layout.head.names.clone().into());
         plan
     }
 
-    /// The rows of a table that the window holds among others.
+    /// The rows of one of several tables in the window.
     fn scan_held(&self, table: usize, wanted: &[usize], sink: Sink<'_>) {
         let TextTable { layout, place, .. } = &self.tables[table];
         let bytes = &self.source.window()[place.clone().unwrap_or_default()];
@@ -198,14 +199,14 @@ impl<R: Read> Text<R> {
         }
     }
 
-    /// The whole lines of the first bytes of the window, without the first so many.
+    /// The whole lines in the first `within` bytes of the window, without the first `without` lines.
     fn rows(&self, within: usize, without: usize) -> &[u8] {
         let window = self.source.window();
         let from = window.split_inclusive(|b| *b == self.newline).take(without).map(<[u8]>::len).sum();
         &window[from..self.whole(within).max(from)]
     }
 
-    /// Bytes of the whole lines in the first bytes of the window.
+    /// Length of the whole lines in the first `within` bytes of the window.
     fn whole(&self, within: usize) -> usize {
         let window = self.source.window();
         match window.get(..within) {
@@ -214,7 +215,7 @@ impl<R: Read> Text<R> {
         }
     }
 
-    /// Whether the text goes on behind so many bytes of the window.
+    /// Whether the text continues after the first `within` bytes of the window.
     fn is_cut(&self, within: usize) -> bool {
         !self.source.ended() || within < self.source.window().len()
     }
@@ -253,7 +254,7 @@ impl<R: Read> TableSource for Text<R> {
                 other.take_from(&mut part, line);
                 let columns: Vec<&[f64]> = part.columns.iter().map(Vec::as_slice).collect();
                 let more = i + 1 < count;
-                // Where several values share a line, rows are values.
+                // If several values share a line, rows are values.
                 let of_line = (!is_wrapped).then_some(line);
                 let batch = Batch { columns: &columns, line: of_line, odd: &part.odd, more };
                 line += lines;
@@ -315,7 +316,7 @@ impl<R: Read> TableSource for Text<R> {
         let window = self.source.window();
         let rows = memchr::memchr_iter(self.newline, window).count();
         match self.size {
-            // A hundredth more than rows like the first would need.
+            // One per cent more than needed for rows like the first ones.
             Some(size) if !window.is_empty() && !self.source.ended() => {
                 (rows as f64 * size as f64 / window.len() as f64 * 1.01) as usize
             }
@@ -337,7 +338,7 @@ impl<R: Read> TableSource for Text<R> {
     }
 }
 
-/// The rows below another header, which belong to another table and are counted.
+/// The rows below another header, which belong to another table; they are counted.
 #[derive(Default)]
 struct OtherTable {
     first_row: Option<u64>,
@@ -345,7 +346,7 @@ struct OtherTable {
 }
 
 impl OtherTable {
-    /// Takes them out of the rows that begin at a line.
+    /// Removes them from the rows that begin at a line.
     fn take_from(&mut self, part: &mut Part, line: u64) {
         let keep = match self.first_row {
             Some(_) => {
@@ -374,7 +375,7 @@ impl OtherTable {
     }
 }
 
-/// The table of a text whose lines are written anew.
+/// The layout of a text whose lines are rewritten.
 fn rewritten(lines: &[&[u8]], rewrite: &Rewrite) -> Option<Layout> {
     let plain = rewrite.head(lines);
     let plain: Vec<&[u8]> = plain.iter().map(Vec::as_slice).collect();
@@ -388,15 +389,15 @@ fn rewritten(lines: &[&[u8]], rewrite: &Rewrite) -> Option<Layout> {
     Some(layout)
 }
 
-/// Refuses bytes that no text has.
+/// Rejects bytes that do not occur in text.
 fn check_text(window: &[u8]) -> Result<(), ReadProblem> {
     if window.trim_ascii().is_empty() {
         return Err(ReadProblem::Empty);
     }
-    // Without branches, so that it runs in vector instructions.
+    // Without branches, so that it compiles to vector instructions.
     let strange = |b: u8| (b < 9) | ((14..32).contains(&b) & (b != 26));
     let count_of = |bytes: &[u8]| usize::from(bytes.iter().map(|b| u8::from(strange(*b))).sum::<u8>());
-    // A stray control character is a logger's hiccup, many are no text.
+    // A single control character is a glitch of a logger; many of them mean that this is not text.
     let count: usize = window.chunks(128).map(count_of).sum();
     if count > 0
         && let Some(position) = window.iter().position(|b| strange(*b))
@@ -416,7 +417,7 @@ fn newline(window: &[u8]) -> u8 {
     }
 }
 
-/// The first whole lines; the last is whole also where the text ends.
+/// The first whole lines; at the end of the text the last line is whole as well.
 fn lines(window: &[u8], newline: u8, ended: bool) -> Vec<&[u8]> {
     let mut lines: Vec<&[u8]> = window.split(|b| *b == newline).take(HEAD_LINES + 1).collect();
     let cut = lines.len() > HEAD_LINES || !ended || lines.last().is_some_and(|l| l.is_empty());

@@ -1,14 +1,14 @@
-//! Cells to numbers.
+//! Conversion of cells to numbers.
 
 use super::stamp;
 use crate::report::Decimal;
 
-/// What a cell holds.
+/// Content of a cell.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Cell {
     /// A finite number.
     Number(f64),
-    /// Nothing, or a word for it: NaN, `-`, infinity, overflow.
+    /// Nothing, or a word for a missing value: NaN, `-`, infinity, overflow.
     Missing,
     /// Anything else.
     Text,
@@ -17,10 +17,10 @@ pub(super) enum Cell {
 /// The longest number read with a decimal comma.
 const LONGEST: usize = 64;
 
-/// The longest word for no value, in characters.
+/// The longest word for a missing value, in characters.
 const LONGEST_WORD: usize = 9;
 
-/// Words for no value, in lower case.
+/// Words for a missing value, in lower case.
 const MISSING: &[&str] = &[
     "-",
     "--",
@@ -63,7 +63,7 @@ const MISSING: &[&str] = &[
     "undef",
 ];
 
-/// The cell without blanks around it and quotes around that.
+/// The cell without surrounding blanks and quotes.
 pub(super) fn trim(cell: &[u8]) -> &[u8] {
     let cell = cell.trim_ascii();
     // A no-break space is two bytes in UTF-8.
@@ -74,12 +74,12 @@ pub(super) fn trim(cell: &[u8]) -> &[u8] {
     }
 }
 
-/// Reads a cell; dates count from 1970.
+/// Reads a cell; dates are counted from 1970.
 pub(super) fn cell(bytes: &[u8], decimal: Decimal) -> Cell {
     cell_since(bytes, decimal, 0)
 }
 
-/// Reads a cell; dates count from the midnight before `day`, itself counted from 1970.
+/// Reads a cell; dates are counted from the midnight before `day`, which is itself counted from 1970.
 pub(super) fn cell_since(bytes: &[u8], decimal: Decimal, day: i64) -> Cell {
     let bytes = trim(bytes);
     if bytes.is_empty() {
@@ -92,7 +92,7 @@ pub(super) fn cell_since(bytes: &[u8], decimal: Decimal, day: i64) -> Cell {
     }
 }
 
-/// A number that fills the bytes.
+/// A number that spans all the bytes.
 pub(super) fn number(bytes: &[u8], decimal: Decimal) -> Option<f64> {
     match decimal {
         Decimal::Point => fast_float2::parse(bytes).ok(),
@@ -111,7 +111,7 @@ pub(super) fn number(bytes: &[u8], decimal: Decimal) -> Option<f64> {
     }
 }
 
-/// Numbers in typographic or Fortran dress, and words for no value.
+/// Numbers in typographic or Fortran notation, and words for a missing value.
 #[cold]
 fn odd(bytes: &[u8], decimal: Decimal, day: i64) -> Cell {
     if bytes.len() > LONGEST {
@@ -132,7 +132,7 @@ fn odd(bytes: &[u8], decimal: Decimal, day: i64) -> Cell {
     }
 }
 
-/// A number with the minus of typesetters (U+2212) or the exponent of Fortran (D) as a program writes it.
+/// A number with the typographic minus (U+2212) or the Fortran exponent (D), converted to program notation.
 fn typeset(text: &str) -> Option<String> {
     // The first byte of that minus in UTF-8 is E2.
     if !text.bytes().any(|byte| matches!(byte, b'd' | b'D' | 0xe2)) {
@@ -143,8 +143,8 @@ fn typeset(text: &str) -> Option<String> {
     Some(if begins { plain.replace(['d', 'D'], "e") } else { plain })
 }
 
-/// A number whose thousands are set apart: `1,234.5`, `1.234,5`, `1 234,5`, `1'234.5`. A lone comma or
-/// point in front of three digits is a decimal mark, unless the other mark is that of the table.
+/// A number with grouped thousands: `1,234.5`, `1.234,5`, `1 234,5`, `1'234.5`. A single comma or point before three
+/// digits is a decimal mark, unless the other mark is that of the table.
 fn ungrouped(text: &str, decimal: Decimal) -> Option<f64> {
     let (mark, group) = match decimal {
         Decimal::Point => ('.', ','),
@@ -209,7 +209,7 @@ mod tests {
         ] {
             assert_eq!(cell(text.as_bytes(), decimal), Cell::Number(value), "{text}");
         }
-        // What could be a decimal mark is one, and groups have three digits.
+        // A mark that could be a decimal mark is one, and groups have three digits.
         for (text, decimal) in [
             ("1,234", Decimal::Point),
             ("1.234", Decimal::Comma),

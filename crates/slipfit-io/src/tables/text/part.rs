@@ -2,14 +2,14 @@
 
 use crate::tables::table::{Odd, Reason};
 
-/// Rows as they come.
+/// Successive rows.
 #[derive(Debug, Default, PartialEq)]
 pub(super) struct Part {
-    /// The columns wanted, NaN where a row has no number.
+    /// The requested columns, NaN if a row has no number.
     pub(super) columns: Vec<Vec<f64>>,
-    /// Lines that are no rows and rows without a number.
+    /// Lines that are not rows, and rows without a number.
     pub(super) odd: Vec<Odd>,
-    /// Lines, rows or not.
+    /// Number of lines, rows or not.
     pub(super) lines: u64,
 }
 

@@ -1,5 +1,5 @@
-//! Lines that are written anew before they are read as a table: annotated numbers, stamps of a serial monitor, names
-//! in front of values, settings beside rows, and numbers that take two cells each.
+//! Lines that are rewritten before they are read as a table: annotated numbers, stamps of a serial monitor, names
+//! before values, settings beside rows, and numbers that occupy two cells each.
 
 use super::{
     annotated::Annotations,
@@ -15,31 +15,31 @@ use crate::{
     report::{Decimal, Delimiter, Note},
 };
 
-/// Lines looked at.
+/// Number of lines examined.
 const FIRST: usize = 150;
-/// Rows that show how lines are written.
+/// Minimum number of rows that show how lines are written.
 const FEWEST: usize = 3;
-/// Between the stamp of a serial monitor and what was received.
+/// Mark between the stamp of a serial monitor and the text received.
 const ARROW: &[u8] = b" -> ";
 
-/// How lines are written anew.
+/// How lines are rewritten.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Rewrite {
     Annotated(Annotations),
-    /// The stamp goes behind the cells, parted by this byte.
+    /// The stamp is moved behind the cells, separated by this byte.
     Stamped(u8),
-    /// Names stand in front of the values.
+    /// Names precede the values.
     Labelled(Labels),
-    /// Settings stand beside the first rows.
+    /// Settings are beside the first rows.
     Beside(Settings),
-    /// Brackets stand around each row.
+    /// Each row is enclosed in brackets.
     Bracketed,
-    /// So many numbers a row, of which each takes two cells.
+    /// Number of numbers per row, each of which occupies two cells.
     Halved(usize),
 }
 
 impl Rewrite {
-    /// How lines that are no clear table are.
+    /// Rewriting of lines that are not a clear table.
     pub(super) fn find(lines: &[&[u8]]) -> Option<Self> {
         let first = &lines[..lines.len().min(FIRST)];
         stamped(lines)
@@ -49,17 +49,18 @@ impl Rewrite {
             .or_else(|| Labels::find(first, FEWEST).map(Self::Labelled))
     }
 
-    /// How lines of a clear table are: numbers with decimal commas among cells that commas separate, or settings beside
-    /// the first rows.
+    /// Rewriting of lines of a clear table: numbers with decimal commas in cells that are separated by commas, or
+    /// settings beside the first rows.
     ///
     /// # Errors
-    /// [`ReadProblem::DecimalCommas`] where rows differ in length, so that no one can tell which comma is which.
+    /// [`ReadProblem::DecimalCommas`] if rows differ in length, so that separators and decimal commas cannot be
+    /// distinguished.
     pub(super) fn of_table(lines: &[&[u8]], layout: &Layout) -> Result<Option<Self>, ReadProblem> {
         let halved = halves(lines, layout)?.map(Self::Halved);
         Ok(halved.or_else(|| Settings::find(lines, layout).map(Self::Beside)))
     }
 
-    /// The first lines, written anew.
+    /// The first lines, rewritten.
     pub(super) fn head(&self, lines: &[&[u8]]) -> Vec<Vec<u8>> {
         match self {
             Self::Annotated(annotations) => annotations.head(lines),
@@ -67,7 +68,7 @@ impl Rewrite {
         }
     }
 
-    /// Whole lines below the header, written anew.
+    /// Whole lines below the header, rewritten.
     pub(super) fn rows(&self, bytes: &[u8], newline: u8) -> Vec<u8> {
         let line: &dyn Fn(&[u8], &mut Vec<u8>) = match self {
             Self::Annotated(annotations) => return annotations.rows(bytes, newline),
@@ -86,7 +87,7 @@ impl Rewrite {
         out
     }
 
-    /// Names of the columns where no line has them.
+    /// Names of the columns if no line states them.
     pub(super) fn names(&self) -> Vec<Name> {
         match self {
             Self::Annotated(annotations) => annotations.names(),
@@ -96,7 +97,7 @@ impl Rewrite {
         }
     }
 
-    /// Values named in what is no longer there.
+    /// Values named in the parts that are removed.
     pub(super) fn named_values(&self) -> &[(String, String)] {
         match self {
             Self::Beside(settings) => settings.values(),
@@ -104,7 +105,7 @@ impl Rewrite {
         }
     }
 
-    /// What was done.
+    /// Note on the rewriting.
     pub(super) fn note(&self) -> Note {
         match self {
             Self::Annotated(annotations) => annotations.note(),
@@ -123,7 +124,7 @@ impl Rewrite {
     }
 }
 
-/// The cells of a line between brackets, `[0.0, 1.0]` or `(0.0, 1.0),`.
+/// The cells of a line enclosed in brackets, `[0.0, 1.0]` or `(0.0, 1.0),`.
 fn within_brackets(line: &[u8]) -> Option<&[u8]> {
     let line = line.trim_ascii();
     let line = line.strip_suffix(b",").unwrap_or(line).trim_ascii_end();
@@ -133,7 +134,7 @@ fn within_brackets(line: &[u8]) -> Option<&[u8]> {
     }
 }
 
-/// Whether most lines are rows of numbers between brackets.
+/// Whether most lines are rows of numbers enclosed in brackets.
 fn are_bracketed(lines: &[&[u8]]) -> bool {
     let numbers = |cells: &[u8]| {
         let cells = dialect::cells(cells, Delimiter::Comma);
@@ -145,14 +146,14 @@ fn are_bracketed(lines: &[&[u8]]) -> bool {
     rows >= FEWEST && 2 * rows > filled
 }
 
-/// A stamp and what was received then, of a line such as `12:34:56.789 -> 512`.
+/// The stamp and the text received in a line such as `12:34:56.789 -> 512`.
 fn split_stamp(line: &[u8]) -> Option<(&[u8], &[u8])> {
     let at = line.windows(ARROW.len()).position(|bytes| bytes == ARROW)?;
     let (before, behind) = (line[..at].trim_ascii(), &line[at + ARROW.len()..]);
     stamp::read(&text(before)).map(|_| (before, behind.trim_ascii()))
 }
 
-/// The byte between the cells of lines that most have a stamp in front.
+/// The byte between the cells, if most lines begin with a stamp.
 fn stamped(lines: &[&[u8]]) -> Option<u8> {
     let first = &lines[..lines.len().min(FIRST)];
     let filled = first.iter().filter(|line| !line.trim_ascii().is_empty()).count();
@@ -175,7 +176,7 @@ fn with_stamp_behind(line: &[u8], separator: u8, out: &mut Vec<u8>) {
     out.extend_from_slice(if is_header { b"received" } else { stamp });
 }
 
-/// Whether a cell may be a half of a number: digits, in front of the comma with a sign.
+/// Whether a cell may be half of a number: digits, with an optional sign before the comma.
 fn is_half(cell: &[u8], in_front: bool) -> bool {
     let cell = number::trim(cell);
     let digits =
@@ -183,7 +184,7 @@ fn is_half(cell: &[u8], in_front: bool) -> bool {
     !digits.is_empty() && digits.iter().all(u8::is_ascii_digit)
 }
 
-/// How many numbers the rows hold that take two cells each.
+/// Number of numbers per row, if each occupies two cells.
 fn halves(lines: &[&[u8]], layout: &Layout) -> Result<Option<usize>, ReadProblem> {
     let Shape { delimiter, decimal, width, words } = layout.shape;
     if delimiter != Delimiter::Comma || decimal != Decimal::Point || words || layout.quoted || width < 3 {
@@ -196,7 +197,7 @@ fn halves(lines: &[&[u8]], layout: &Layout) -> Result<Option<usize>, ReadProblem
     if !dialect::cells(first, Delimiter::Comma).iter().all(|cell| is_half(cell, true)) {
         return Ok(None);
     }
-    // Rows of fewer cells may stand above the first of the usual length.
+    // Rows with fewer cells may precede the first row of the most common length.
     let is_row = |line: &&&[u8]| cells(line).iter().all(|cell| is_half(cell, true));
     let first_line = layout.first_line - lines[..layout.first_line].iter().rev().take_while(is_row).count();
     let rows: Vec<Vec<Vec<u8>>> = lines[first_line..]
@@ -207,7 +208,7 @@ fn halves(lines: &[&[u8]], layout: &Layout) -> Result<Option<usize>, ReadProblem
     if rows.len() < FEWEST || !rows.iter().flatten().all(|cell| is_half(cell, true)) {
         return Ok(None);
     }
-    // No number begins so; a fraction does.
+    // No number begins this way, but a fraction does.
     let is_fraction = |cell: &[u8]| cell.len() > 1 && cell[0] == b'0';
     let fractions = rows.iter().flatten().any(|cell| is_fraction(cell) || cell == b"-0");
     let header = (0..first_line).rev().find(|&i| !lines[i].trim_ascii().is_empty());
@@ -242,7 +243,7 @@ fn halves(lines: &[&[u8]], layout: &Layout) -> Result<Option<usize>, ReadProblem
     }
 }
 
-/// A row of halves as numbers with decimal points; any other as one cell of text.
+/// A row of halves as numbers with decimal points; any other row as one cell of text.
 fn joined(line: &[u8], numbers: usize, out: &mut Vec<u8>) {
     if line.trim_ascii().is_empty() || dialect::is_comment(line) {
         return out.extend_from_slice(line);
@@ -250,7 +251,7 @@ fn joined(line: &[u8], numbers: usize, out: &mut Vec<u8>) {
     let cells = dialect::cells(line.trim_ascii_end(), Delimiter::Comma);
     let halves = cells.iter().enumerate().all(|(i, cell)| is_half(cell, i % 2 == 0));
     if !halves || cells.len() != 2 * numbers {
-        // A header stays as it is.
+        // A header remains unchanged.
         if cells.iter().any(|cell| is_half(cell, true)) {
             out.push(b'"');
             out.extend(line.iter().filter(|byte| **byte != b'"'));

@@ -1,4 +1,4 @@
-//! Rows of text to columns of numbers, as fast as the file can be had.
+//! Fast conversion of rows of text to columns of numbers.
 
 use std::sync::Arc;
 
@@ -19,30 +19,30 @@ use crate::{
     tables::table::Reason,
 };
 
-/// What to read from each row.
+/// Parts of each row to be read.
 #[derive(Debug, Clone)]
 pub(super) struct Plan {
     delimiter: Delimiter,
     decimal: Decimal,
-    /// Whether cells are quoted, so that separators may stand inside.
+    /// Whether cells are quoted and may therefore contain separators.
     quoted: bool,
     /// Byte between two lines.
     newline: u8,
-    /// The day from whose midnight dates count, itself counted from 1970.
+    /// The day from whose midnight dates are counted, itself counted from 1970.
     pub(super) day: i64,
-    /// How lines are written anew that are no rows of numbers alone.
+    /// How lines are rewritten if they are not rows of plain numbers.
     pub(super) rewrite: Option<Arc<Rewrite>>,
-    /// The columns, where another header among the rows would begin another table.
+    /// The columns, if another header among the rows begins another table.
     pub(super) names: Option<Arc<[Name]>>,
     /// Whether lines that begin with a word are headers of blocks among the rows.
     pub(super) block_headers: bool,
-    /// How the values of one signal fill several columns.
+    /// How the values of one signal are distributed over several columns.
     pub(super) wrapped: Option<Wrapped>,
-    /// Columns wanted in order, with their places in the answer.
+    /// The requested columns in ascending order, with their positions in the result.
     wanted: Vec<(usize, usize)>,
 }
 
-/// Whole lines in parts of about that many bytes.
+/// Splits whole lines into parts of about `most` bytes.
 #[cfg(feature = "threads")]
 fn parts(mut bytes: &[u8], newline: u8, most: usize) -> impl Iterator<Item = &[u8]> {
     std::iter::from_fn(move || {
@@ -73,11 +73,10 @@ impl Plan {
         }
     }
 
-    /// Reads whole lines, of which the last may lack its end, on all cores, and does something
-    /// else meanwhile.
+    /// Reads whole lines, of which the last may lack its end, on all cores, and runs `meanwhile` at the same time.
     #[cfg(feature = "threads")]
     pub(super) fn read<T>(&self, bytes: &[u8], meanwhile: impl FnOnce() -> T) -> (Vec<Part>, T) {
-        /// Less is read before another core has begun.
+        /// Smaller parts are read before another core has started.
         const PART: usize = 128 << 10;
         if bytes.len() < 2 * PART {
             return (vec![self.part(bytes)], meanwhile());
@@ -93,7 +92,7 @@ impl Plan {
         (list.into_iter().map(|(part, _)| part).collect(), done)
     }
 
-    /// Reads whole lines, of which the last may lack its end, then does something else.
+    /// Reads whole lines, of which the last may lack its end, then runs `meanwhile`.
     #[cfg(not(feature = "threads"))]
     pub(super) fn read<T>(&self, bytes: &[u8], meanwhile: impl FnOnce() -> T) -> (Vec<Part>, T) {
         (vec![self.part(bytes)], meanwhile())
@@ -111,9 +110,9 @@ impl Plan {
         }
     }
 
-    /// The same of cells that are numbers alone.
+    /// The same for cells that contain only numbers.
     fn plain_part(&self, bytes: &[u8]) -> Part {
-        // A cell takes two bytes at least.
+        // A cell takes at least two bytes.
         let line = memchr(self.newline, bytes).map_or(bytes.len(), |at| at + 1).max(2 * self.wanted.len());
         let columns = vec![Vec::with_capacity(bytes.len() / line); self.wanted.len()];
         let mut part = Part { columns, ..Part::default() };
@@ -138,8 +137,7 @@ impl Plan {
         part
     }
 
-    /// The same where a row of plain numbers ends where its last number does: no line is looked
-    /// through twice.
+    /// The same if a row of plain numbers ends directly after its last number: no line is scanned twice.
     fn separated_lines(&self, mut bytes: &[u8], separator: u8, values: &mut [f64], part: &mut Part) {
         while !bytes.is_empty() {
             let used = match self.quick_separated(bytes, separator, values) {
@@ -169,12 +167,11 @@ impl Plan {
         }
     }
 
-    /// Reads the first row of plain numbers and gives its length without its newline; `None` if
-    /// anything is unusual.
+    /// Reads the first row of plain numbers and returns its length without the newline; `None` if anything is unusual.
     #[inline]
     fn quick_separated(&self, bytes: &[u8], separator: u8, values: &mut [f64]) -> Option<usize> {
         let newline = self.newline;
-        // A remark in an unread first cell; one that reads as a number would begin with its mark.
+        // A remark in a first cell that is not read; in a cell that is read, its mark would not be a number.
         if self.wanted[0].0 > 0 && self.begins_oddly(bytes) {
             return None;
         }
@@ -205,7 +202,7 @@ impl Plan {
         Some(bytes.len() - rest.len() + behind)
     }
 
-    /// Whether a line whose first cell is not read is no row: a remark, or a line of a block's header.
+    /// Whether a line whose first cell is not read is not a row: a remark, or a line of a block header.
     fn begins_oddly(&self, line: &[u8]) -> bool {
         let word = |byte: &u8| byte.is_ascii_alphabetic() || *byte == b'*';
         dialect::is_comment(line) || self.block_headers && line.trim_ascii_start().first().is_some_and(word)
@@ -249,7 +246,7 @@ impl Plan {
         whole && (self.wanted[0].0 == 0 || !self.begins_oddly(line))
     }
 
-    /// Reads any row, or says why not.
+    /// Reads any row, or notes why it could not be read.
     #[cold]
     fn careful(&self, line: &[u8], values: &mut [f64], part: &mut Part) {
         if line.trim_ascii().is_empty() {
@@ -301,7 +298,7 @@ impl Plan {
     }
 }
 
-/// The beginning of a cell that is no number.
+/// The beginning of a cell that is not a number.
 fn example(cell: &[u8]) -> String {
     const LONGEST: usize = 24;
     let text = text(number::trim(cell));
@@ -357,7 +354,7 @@ mod tests {
                 joined.columns.iter_mut().zip(part.columns).for_each(|(all, new)| all.extend(new));
                 joined.lines += part.lines;
             }
-            // Missing values are no numbers and equal to nothing.
+            // Missing values are NaN, which is not equal to itself.
             prop_assert_eq!(format!("{joined:?}"), format!("{whole:?}"));
         }
     }

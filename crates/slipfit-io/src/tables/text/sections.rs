@@ -1,5 +1,5 @@
-//! Tables one below the other in one text, each with a header of its own: `BEGIN CH1_DATA … END`, or another header
-//! where the rows of one table end.
+//! Several tables below each other in one text, each with its own header: `BEGIN CH1_DATA … END`, or another header at
+//! the end of the rows of a table.
 
 use std::ops::Range;
 
@@ -13,35 +13,35 @@ use crate::{
     report::Delimiter,
 };
 
-/// Rows of numbers below a header that make a table, at least.
+/// Minimum number of rows of numbers below the header of a table.
 const FEWEST: usize = 3;
-/// Lines below a header that are looked at.
+/// Number of lines examined below a header.
 const LOOKED_AT: usize = 12;
-/// Lines without numbers, of which more are cells of rows and no headers.
+/// Maximum number of lines without numbers; if there are more, they are cells of rows and not headers.
 const MOST: usize = 1 << 12;
-/// Letters of a title, at most.
+/// Maximum number of characters of a title.
 const TITLE: usize = 60;
 
-/// A table among others of a text.
+/// One of several tables in a text.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Section {
-    /// What stands above its header, or its number.
+    /// The title above its header, or its number.
     pub(super) name: String,
-    /// Lines above it in the text.
+    /// Number of lines above it in the text.
     pub(super) lines_before: usize,
-    /// Where it stands in the text.
+    /// Its position in the text.
     pub(super) bytes: Range<usize>,
 }
 
-/// A header and what stands above it.
+/// A header and its title.
 struct Heading {
-    /// Index of its first line, and of the line of the header.
+    /// Indices of its first line and of the line of the header.
     lines: [usize; 2],
     names: Vec<Name>,
     title: Option<String>,
 }
 
-/// The tables of a whole text of which `layout` describes the first; empty where there is only one.
+/// The tables of a whole text, the first of which is described by `layout`; empty if there is only one.
 pub(super) fn find(window: &[u8], newline: u8, layout: &Layout) -> Vec<Section> {
     let shape = layout.shape;
     let starts = candidates(window, newline);
@@ -84,7 +84,7 @@ pub(super) fn find(window: &[u8], newline: u8, layout: &Layout) -> Vec<Section> 
     sections
 }
 
-/// Whether a line names columns other than these: what begins another table below rows that are read once.
+/// Whether a line names columns other than these, and so begins another table in a text that is read only once.
 pub(super) fn is_other_header(line: &[u8], shape: Shape, names: &[Name]) -> bool {
     let cells = dialect::cells(line.trim_ascii_end(), shape.delimiter);
     let words = |cell: &[u8]| number::cell(cell, shape.decimal) == Cell::Text;
@@ -95,7 +95,7 @@ pub(super) fn is_other_header(line: &[u8], shape: Shape, names: &[Name]) -> bool
     is_known(&found) && !are_alike(&found, names)
 }
 
-/// Lines that do not begin as rows of numbers do and are not blank.
+/// Lines that are not blank and do not begin like rows of numbers.
 fn candidates(window: &[u8], newline: u8) -> Vec<usize> {
     let mut found = Vec::new();
     let (mut start, mut number) = (0, 0);
@@ -117,7 +117,7 @@ fn any_below(candidates: &[usize], line: usize) -> bool {
     candidates.last().is_some_and(|last| *last > line)
 }
 
-/// The lines around the first of these that are no rows of numbers, as far as they follow each other.
+/// The contiguous lines around the first candidate that are not rows of numbers.
 fn gap(lines: &[&[u8]], candidates: &[usize], shape: Shape) -> Range<usize> {
     let is_row = |line: usize| {
         let kind = dialect::row_kind(lines[line], shape.delimiter, shape.decimal, false);
@@ -129,7 +129,7 @@ fn gap(lines: &[&[u8]], candidates: &[usize], shape: Shape) -> Range<usize> {
     start..end
 }
 
-/// The header at the end of lines that are no rows, where rows follow and its words are those of columns.
+/// The header at the end of lines that are not rows, if rows follow and its words are names of columns.
 fn heading(lines: &[&[u8]], gap: Range<usize>, shape: Shape) -> Option<Heading> {
     let kind = |line: &&[u8]| dialect::row_kind(line, shape.delimiter, shape.decimal, false);
     let below = &lines[gap.end..lines.len().min(gap.end + LOOKED_AT)];
@@ -154,7 +154,7 @@ fn heading(lines: &[&[u8]], gap: Range<usize>, shape: Shape) -> Option<Heading> 
     Some(Heading { lines: [from, header], names: found.head.names, title })
 }
 
-/// A title without the marks around it: `CH1_DATA` of `BEGIN CH1_DATA`.
+/// A title without enclosing marks: `CH1_DATA` of `BEGIN CH1_DATA`.
 fn title_of(line: &[u8]) -> Option<String> {
     let line = text(line);
     let marks = |c: char| c.is_whitespace() || "#%!*=-:;,\"[]".contains(c);
@@ -164,7 +164,7 @@ fn title_of(line: &[u8]) -> Option<String> {
     fits.then(|| title.to_owned())
 }
 
-/// Whether half the names or more are known, and at least one.
+/// Whether at least half of the names, and at least one, are known.
 fn is_known(names: &[Name]) -> bool {
     let says = |role| !matches!(role, Role::Unknown);
     let known = |name: &&Name| {
@@ -175,13 +175,13 @@ fn is_known(names: &[Name]) -> bool {
     count > 0 && 2 * count >= names.len()
 }
 
-/// Whether another table begins: other columns or units, or another block of a network analyser.
+/// Whether another table begins: different columns or units, or another block of a network analyser.
 fn differ(before: &Heading, next: &Heading) -> bool {
     before.title != next.title && next.title.as_ref().is_some_and(|title| title.ends_with("_DATA"))
         || !are_alike(&before.names, &next.names)
 }
 
-/// Whether columns are the same but for the run that they name.
+/// Whether the columns are the same, apart from the run that they name.
 fn are_alike(names: &[Name], others: &[Name]) -> bool {
     let same = |(one, other): (&Name, &Name)| {
         one.unit == other.unit && one.bare.trim().eq_ignore_ascii_case(other.bare.trim())

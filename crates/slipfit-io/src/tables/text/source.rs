@@ -1,11 +1,10 @@
-//! A file as a window of bytes that moves over it, in an encoding that
-//! contains ASCII.
+//! Moving window over the bytes of a file, in an encoding that contains ASCII.
 
 use std::io::{self, Read};
 
 use encoding_rs::{Decoder, Encoding, UTF_8, UTF_16BE, UTF_16LE, WINDOWS_1252};
 
-/// Bytes asked of the file at once.
+/// Number of bytes requested from the file at once.
 const CHUNK: usize = 256 << 10;
 
 /// A window over a file.
@@ -19,7 +18,7 @@ pub(super) struct Source<R> {
     raw: Vec<u8>,
 }
 
-/// Bytes taken out of a window.
+/// Bytes removed from a window.
 pub(super) struct Taken {
     buffer: Vec<u8>,
     taken: std::ops::Range<usize>,
@@ -30,7 +29,7 @@ impl Taken {
         &self.buffer[self.taken.clone()]
     }
 
-    /// The memory, to be used again.
+    /// The memory, for reuse.
     pub(super) fn memory(self) -> Vec<u8> {
         self.buffer
     }
@@ -46,17 +45,17 @@ impl<R: Read> Source<R> {
         &self.buffer[self.start..self.end]
     }
 
-    /// Whether nothing follows the window.
+    /// Whether the window reaches the end of the file.
     pub(super) fn ended(&self) -> bool {
         self.ended
     }
 
-    /// Moves the beginning of the window on.
+    /// Moves the beginning of the window forward.
     pub(super) fn consume(&mut self, bytes: usize) {
         self.start = (self.start + bytes).min(self.end);
     }
 
-    /// Takes the first `bytes` of the window out of it; `spare` is memory to go on with.
+    /// Removes the first `bytes` of the window; `spare` is memory for the remaining ones.
     pub(super) fn take(&mut self, bytes: usize, spare: Vec<u8>) -> Taken {
         let buffer = std::mem::replace(&mut self.buffer, spare);
         let taken = self.start..self.start + bytes;
@@ -69,7 +68,7 @@ impl<R: Read> Source<R> {
         Taken { buffer, taken }
     }
 
-    /// Widens the window to `bytes` or to the end of the file.
+    /// Extends the window to `bytes` or to the end of the file.
     pub(super) fn fill(&mut self, bytes: usize) -> io::Result<()> {
         if self.start > 0 {
             self.buffer.copy_within(self.start..self.end, 0);
@@ -82,14 +81,14 @@ impl<R: Read> Source<R> {
         Ok(())
     }
 
-    /// Settles the encoding from the window, which must be the beginning of
-    /// the file, and makes the window ASCII-compatible.
+    /// Detects the encoding from the window, which must be the beginning of the file, and makes the window
+    /// ASCII-compatible.
     pub(super) fn detect_encoding(&mut self) -> &'static Encoding {
         let window = self.window();
         let (encoding, mark) = Encoding::for_bom(window).unwrap_or((utf16_without_mark(window), 0));
         self.consume(mark);
         if encoding == UTF_8 {
-            // Numbers are the same in both; only names differ.
+            // Numbers are the same in both encodings; only names differ.
             return if valid_utf8(self.window()) { UTF_8 } else { WINDOWS_1252 };
         }
         let raw = self.window().to_vec();
@@ -161,7 +160,7 @@ fn utf16_without_mark(window: &[u8]) -> &'static Encoding {
 }
 
 fn valid_utf8(window: &[u8]) -> bool {
-    // A character cut in two by the end of the window is no error.
+    // A character split by the end of the window is not an error.
     match std::str::from_utf8(window) {
         Ok(_) => true,
         Err(e) => e.error_len().is_none(),

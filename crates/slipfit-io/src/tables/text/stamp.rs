@@ -1,19 +1,19 @@
-//! Dates and times of day as cells: ISO 8601 and what loggers and spreadsheets write.
+//! Dates and times of day in cells: ISO 8601 and the formats of loggers and spreadsheets.
 
 /// A cell that is a date, a time of day or both.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Stamp {
-    /// Days since 1970, where there is a date.
+    /// Days since 1970, if there is a date.
     pub(super) day: Option<i64>,
     /// Seconds since midnight.
     seconds: f64,
-    /// Whether it holds a time of day.
+    /// Whether it contains a time of day.
     pub(super) timed: bool,
 }
 
 impl Stamp {
-    /// Seconds since the midnight before `day`; without a date since any midnight. Counted from 1970, they
-    /// would be resolved to a quarter of a microsecond only.
+    /// Seconds since the midnight before `day`; without a date, since any midnight. Counted from 1970, they would only
+    /// be resolved to a quarter of a microsecond.
     pub(super) fn since(self, day: i64) -> f64 {
         self.day.map_or(0.0, |own| (own - day) as f64 * DAY_S) + self.seconds
     }
@@ -22,19 +22,19 @@ impl Stamp {
 const MONTHS: [&str; 12] =
     ["jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec"];
 const DAY_S: f64 = 86400.0;
-/// Years of a measurement: others are numbers that look like a date.
+/// Years of a measurement; other years are numbers that look like a date.
 const YEARS: std::ops::RangeInclusive<i64> = 1900..=2200;
 
-/// Reads `2024-05-01T12:34:56.789Z`, `01.05.2024 12:34:56,789`, `5/1/2024 1:34:56 PM`,
-/// `01-May-2024 12:34:56`, `12:34:56.789`, `34:56.789`; `None` of anything else.
+/// Reads `2024-05-01T12:34:56.789Z`, `01.05.2024 12:34:56,789`, `5/1/2024 1:34:56 PM`, `01-May-2024 12:34:56`,
+/// `12:34:56.789`, `34:56.789`; `None` for anything else.
 ///
-/// Of `5/1/2024` the month comes first, unless it is above 12; with points or hyphens the day does.
+/// In `5/1/2024` the month comes first, unless it is above 12; with points or hyphens the day comes first.
 pub(super) fn read(text: &str) -> Option<Stamp> {
     let text = text.trim();
     if text.len() > 40 || !text.starts_with(|c: char| c.is_ascii_digit()) {
         return None;
     }
-    // A `t` behind a letter is that of a month.
+    // A `t` after a letter belongs to a month.
     let bytes = text.as_bytes();
     let splits = |at: usize| match bytes[at] {
         b'T' | b't' => at > 0 && bytes[at - 1].is_ascii_digit(),
@@ -46,7 +46,7 @@ pub(super) fn read(text: &str) -> Option<Stamp> {
         None => (text, ""),
     };
     let timed = !rest.is_empty();
-    // Of two digits a year is one where a time of day follows.
+    // A year may have two digits if a time of day follows.
     if let Some(day) = date(first).or_else(|| if timed { date(&of_this_century(first)?) } else { None }) {
         let seconds = if timed { time_of_day(rest)? } else { 0.0 };
         return Some(Stamp { day: Some(day), seconds, timed });
@@ -54,8 +54,8 @@ pub(super) fn read(text: &str) -> Option<Stamp> {
     time_of_day(text).map(|seconds| Stamp { day: None, seconds, timed: true })
 }
 
-/// The stamp of so many days since 1970 to a microsecond, about what a double of them resolves, as `read` takes it; of a
-/// midnight the date alone.
+/// The stamp for a number of days since 1970, to a microsecond, which is about the resolution of a double, in a form
+/// accepted by `read`; only the date for midnight.
 #[cfg(any(feature = "excel", test))]
 pub(crate) fn written(days: f64) -> Option<String> {
     const TICKS_A_SECOND: i64 = 1_000_000;
@@ -65,7 +65,7 @@ pub(crate) fn written(days: f64) -> Option<String> {
     }
     let ticks = ((days - days.floor()) * TICKS_A_DAY as f64).round() as i64;
     let (day, ticks) = ((days.floor() as i64).checked_add(ticks / TICKS_A_DAY)?, ticks % TICKS_A_DAY);
-    // Years of 400 from March 0000 on, as in `date`.
+    // Years in cycles of 400 from March 0000 on, as in `date`.
     let since = day.checked_add(719_468).filter(|since| (0..=1_000_000).contains(since))?;
     let (era, of_era) = (since / 146_097, since % 146_097);
     let year = (of_era - of_era / 1460 + of_era / 36_524 - of_era / 146_096) / 365;
@@ -93,7 +93,7 @@ fn digits(text: &str, most: usize) -> Option<i64> {
 
 /// Days since 1970.
 fn date(text: &str) -> Option<i64> {
-    // ISO 8601 without hyphens stands before a `T` only; alone it is a number.
+    // ISO 8601 without hyphens is accepted only before a `T`; alone it is a number.
     let mark = text.bytes().find(|byte| !byte.is_ascii_digit())?;
     if !matches!(mark, b'-' | b'/' | b'.') {
         return None;
@@ -133,12 +133,12 @@ fn date(text: &str) -> Option<i64> {
     if !YEARS.contains(&year) || !(1..=length).contains(&day) {
         return None;
     }
-    // Days since March 0000 by the rule of leap years; 1970-01-01 is day 719468.
+    // Days since March 0000 with leap years; 1970-01-01 is day 719468.
     let (y, m) = if month > 2 { (year, month - 3) } else { (year - 1, month + 9) };
     Some(365 * y + y / 4 - y / 100 + y / 400 + (153 * m + 2) / 5 + day - 1 - 719_468)
 }
 
-/// Seconds since midnight in world time where an offset is given.
+/// Seconds since midnight, in UTC if an offset is given.
 fn time_of_day(text: &str) -> Option<f64> {
     if !text.contains(':') {
         return None;
@@ -161,7 +161,7 @@ fn time_of_day(text: &str) -> Option<f64> {
     let parts: Vec<&str> = clock.split(':').collect();
     let (hours, minutes, seconds) = match parts[..] {
         [h, m, s] => (digits(h, 2)? as f64, digits(m, 2)?, fraction(s)?),
-        // Of two parts the last has a fraction: minutes and seconds. `12:30` could be either.
+        // Of two parts, minutes and seconds if the last has a fraction. `12:30` is ambiguous.
         [m, s] if s.contains(['.', ',']) => (0.0, digits(m, 2)?, fraction(s)?),
         [h, m, s, ms] => (digits(h, 2)? as f64, digits(m, 2)?, fraction(s)? + digits(ms, 3)? as f64 / 1e3),
         _ => return None,
@@ -244,7 +244,7 @@ mod tests {
     fn what_is_written_is_read_as_the_same_instant() {
         assert_eq!(written(19_794.432_326_388_89).as_deref(), Some("2024-03-12 10:22:33.000000"));
         assert_eq!(written(11_016.0).as_deref(), Some("2000-02-29"));
-        // A part of a tick before midnight.
+        // A fraction of a tick before midnight.
         assert_eq!(written(11_016.999_999_999_999_9).as_deref(), Some("2000-03-01"));
         for day in (-25_000..83_000).step_by(97) {
             let days = day as f64 + 0.625;
@@ -280,7 +280,7 @@ mod tests {
             "1e5",
             "3:4:5:6:7",
             "12:00:0é",
-            // Found by fuzzing: signs of several bytes where digits are looked for.
+            // Found by fuzzing: multi-byte characters where digits are expected.
             "1-∞!",
             "12:00:00+\u{feff}&",
         ] {

@@ -1,7 +1,7 @@
-//! Vendor metadata that is not in the layout of a text: units, clocks and names of values.
+//! Vendor metadata that are not in the layout of a text: units, clocks and names of values.
 //!
-//! A text is read by its layout alone. Where the program or instrument that wrote it is
-//! recognised by its first lines, what its documentation says is added. One line a vendor.
+//! A text is read by its layout alone. If the program or instrument that wrote it is recognised by its first lines, the
+//! information in its documentation is added. One entry per vendor.
 
 use super::{
     dialect, igor,
@@ -21,12 +21,12 @@ struct Preamble {
 }
 
 impl Preamble {
-    /// Whether a line holds a word, in any case.
+    /// Whether a line contains a word, ignoring case.
     fn says(&self, word: &str) -> bool {
         self.lines.iter().any(|l| l.to_lowercase().contains(word))
     }
 
-    /// The first value named so, in any case: `Sweep Time,7.98 s`.
+    /// The first value with this name, ignoring case: `Sweep Time,7.98 s`.
     fn value(&self, name: &str) -> Option<&str> {
         self.lines.iter().find_map(|line| {
             let (key, value) =
@@ -37,10 +37,10 @@ impl Preamble {
     }
 }
 
-/// A program or instrument: its name, whether it wrote a text, and what it does not write.
+/// A program or instrument: its name, whether it wrote a text, and the information that it does not write.
 type Vendor = (&'static str, fn(&Preamble) -> bool, fn(&Preamble, &mut Layout));
 
-/// What is called so writes headers of blocks among its rows.
+/// Name of the vendor that writes headers of blocks among the rows.
 pub(super) const LABVIEW: &str = "LabVIEW";
 
 const VENDORS: &[Vendor] = &[
@@ -62,7 +62,7 @@ const VENDORS: &[Vendor] = &[
     ("Sensor Logger", is_sensor_logger, note_sensor_kinds),
 ];
 
-/// Adds the vendor's metadata to a layout; gives the vendor's name.
+/// Adds the vendor's metadata to a layout; returns the vendor's name.
 pub(super) fn apply(lines: &[&[u8]], layout: &mut Layout) -> Option<&'static str> {
     let above = lines[..layout.first_line.min(lines.len())].iter();
     let preamble = Preamble {
@@ -85,7 +85,7 @@ fn is_labone(preamble: &Preamble) -> bool {
     has("timestamp") && (has("chunk") || preamble.value("clockbase").is_some())
 }
 
-/// Ticks become seconds by a clock that the file may name (`clockbase`) and mostly does not.
+/// Ticks are converted to seconds by a clock rate, which the file may state (`clockbase`) but mostly does not.
 fn add_labone_units(preamble: &Preamble, layout: &mut Layout) {
     let clock = preamble.value("clockbase").and_then(|v| v.parse::<f64>().ok()).filter(|v| *v > 0.0);
     let ticks = clock.map_or_else(|| "ticks".to_owned(), |c| format!("{c} Hz"));
@@ -102,7 +102,7 @@ fn add_labone_units(preamble: &Preamble, layout: &mut Layout) {
     }
 }
 
-/// Accelerations in units of that of gravity, and their modulus.
+/// Accelerations in units of gravity, and their modulus.
 fn add_g(_: &Preamble, layout: &mut Layout) {
     for name in &mut layout.head.names {
         if matches!(name.header.as_str(), "gFx" | "gFy" | "gFz" | "TgF") {
@@ -111,7 +111,7 @@ fn add_g(_: &Preamble, layout: &mut Layout) {
     }
 }
 
-/// Every line before `[DATA]` names a value, in words as well as in numbers.
+/// Every line before `[DATA]` names a value, which is text or a number.
 fn add_nanonis_values(preamble: &Preamble, layout: &mut Layout) {
     layout.head.named_values = preamble
         .lines
@@ -123,13 +123,13 @@ fn add_nanonis_values(preamble: &Preamble, layout: &mut Layout) {
         .collect();
 }
 
-/// Units and the step stand above the table, one for each channel; the times are rounded.
+/// Units and the step are stated above the table, one per channel; the times are rounded.
 fn add_labview_units(preamble: &Preamble, layout: &mut Layout) {
     let Some(separator) = dialect::separator(layout.shape.delimiter).map(char::from) else { return };
     let of_channels = |name: &str| -> Vec<String> {
         let cells = |l: &str| l.split(separator).skip(1).map(|c| c.trim().to_owned()).collect();
         let named = |l: &&String| l.split(separator).next().is_some_and(|key| key.trim() == name);
-        // The last heading is that of the rows below it.
+        // The last such line belongs to the rows below it.
         preamble.lines.iter().rev().find(named).map(|l| cells(l)).unwrap_or_default()
     };
     let (units, over) = (of_channels("Y_Unit_Label"), of_channels("X_Dimension"));
@@ -150,7 +150,7 @@ fn add_labview_units(preamble: &Preamble, layout: &mut Layout) {
     layout.head.step_s = step.filter(|step| over_time && *step > 0.0 && step.is_finite());
 }
 
-/// `X,CH1,Start,Increment` over `Sequence,Volt,-1.0e-01,1.0e-04`: the cells of both lines.
+/// The cells of both lines: `X,CH1,Start,Increment` over `Sequence,Volt,-1.0e-01,1.0e-04`.
 fn rigol_columns(preamble: &Preamble) -> Option<Vec<(&str, &str)>> {
     let [.., names, values] = &preamble.lines[..] else { return None };
     let columns: Vec<(&str, &str)> =
@@ -159,13 +159,13 @@ fn rigol_columns(preamble: &Preamble) -> Option<Vec<(&str, &str)>> {
     (names.starts_with("X,") && stated("Start") && stated("Increment")).then_some(columns)
 }
 
-/// Numbers of samples from the first on, then the channels with their units; the step stands beside them.
+/// Sample numbers, counted from the first, then the channels with their units; the step is stated beside them.
 fn add_rigol_columns(preamble: &Preamble, layout: &mut Layout) {
     let Some(columns) = rigol_columns(preamble) else { return };
     let step = columns.iter().find(|(name, _)| *name == "Increment").and_then(|(_, v)| v.parse::<f64>().ok());
     let head = &mut layout.head;
     head.stated_rate_hz = step.map(|step| 1.0 / step).filter(|rate| *rate > 0.0 && rate.is_finite());
-    // That of the line of numbers among words, which are read here.
+    // Removes the note on a line of numbers among words: it is read here.
     head.notes.clear();
     let channels = columns.iter().take_while(|(name, _)| *name != "Start");
     for (name, (header, unit)) in head.names.iter_mut().zip(channels) {
@@ -173,7 +173,7 @@ fn add_rigol_columns(preamble: &Preamble, layout: &mut Layout) {
     }
 }
 
-/// The step is called a clock: `#CLOCK=200.0us`.
+/// The step is named as a clock: `#CLOCK=200.0us`.
 fn add_hantek_step(preamble: &Preamble, layout: &mut Layout) {
     let step = preamble.value("clock").map(|step| format!("Sample interval={step}"));
     let stated = stated::rate_hz(step.as_deref().into_iter(), &[','], layout.shape.decimal);
@@ -184,7 +184,7 @@ fn add_hantek_step(preamble: &Preamble, layout: &mut Layout) {
     }
 }
 
-/// Motion capture: the rate is called a frequency, the rows are the places of the markers in mm.
+/// Motion capture: the rate is named as a frequency, the rows are the positions of the markers in mm.
 fn add_qualisys_markers(preamble: &Preamble, layout: &mut Layout) {
     let rate = preamble.value("frequency").map(|rate| format!("Sample rate={rate}"));
     let stated = stated::rate_hz(rate.as_deref().into_iter(), &[','], layout.shape.decimal);
@@ -207,7 +207,7 @@ fn is_klipper(preamble: &Preamble) -> bool {
     )
 }
 
-/// Raw data are in seconds and mm/s², as Klipper's documentation says.
+/// Raw data are in seconds and mm/s², according to Klipper's documentation.
 fn add_klipper_units(_: &Preamble, layout: &mut Layout) {
     for name in &mut layout.head.names {
         let unit = match name.header.as_str() {
@@ -227,7 +227,7 @@ fn is_analyser(preamble: &Preamble) -> bool {
     sweep && ["span", "start freq", "rbw", "dbm"].iter().any(|word| preamble.says(word))
 }
 
-/// At zero span the first column is time, or there is none and the sweep time spaces the points.
+/// At zero span the first column is time, or it is missing and the spacing of the points follows from the sweep time.
 fn add_analyser_axes(preamble: &Preamble, layout: &mut Layout) {
     let of = |name: &str| preamble.value(name).and_then(quantity);
     let first_of = |names: &[&str]| names.iter().find_map(|name| of(name));
@@ -285,14 +285,14 @@ fn quantity(text: &str) -> Option<f64> {
     Some(number * factor).filter(|v| v.is_finite())
 }
 
-/// `Time (s) Run #1`, several runs a file.
+/// `Time (s) Run #1`, with several runs per file.
 fn is_capstone(preamble: &Preamble) -> bool {
     let headers = preamble.headers.iter().filter(|h| !h.is_empty());
     let tagged = headers.clone().filter(|h| h.contains("Run #")).count();
     tagged > 0 && tagged * 2 >= headers.count()
 }
 
-/// Logger Pro and Graphical Analysis: `Latest: Time (s)`, further runs in further groups of columns.
+/// Logger Pro and Graphical Analysis: `Latest: Time (s)`, with further runs in further groups of columns.
 fn is_vernier(preamble: &Preamble) -> bool {
     let of_a_set = |h: &String| {
         let h = h.to_lowercase();
@@ -301,7 +301,7 @@ fn is_vernier(preamble: &Preamble) -> bool {
     !preamble.headers.is_empty() && preamble.headers.iter().all(of_a_set)
 }
 
-/// Video analysis: names of the tracks over `t x y …`, blanks where a mark is missing.
+/// Video analysis: names of the tracks above `t x y …`, blanks for missing marks.
 fn is_tracker(preamble: &Preamble) -> bool {
     let names: Vec<String> = preamble.headers.iter().map(|h| h.trim().to_lowercase()).collect();
     let letters = names.iter().all(|n| n.is_empty() || n.chars().count() <= 5 && !n.contains(['(', '[']));
@@ -309,8 +309,8 @@ fn is_tracker(preamble: &Preamble) -> bool {
     names.first().is_some_and(|n| n == "t") && letters && marked
 }
 
-/// Times are in seconds, lengths in the unit of the calibration; the file does not say whether
-/// angles are degrees or radians.
+/// Times are in seconds, lengths in the unit of the calibration; the file does not state whether angles are in degrees
+/// or radians.
 fn add_tracker_names(preamble: &Preamble, layout: &mut Layout) {
     const ANGLES: &[&str] = &["θ", "θr", "θv", "θa", "φ", "ϕ", "theta"];
     name_tracks(preamble, layout);
@@ -330,7 +330,7 @@ fn add_tracker_names(preamble: &Preamble, layout: &mut Layout) {
     });
 }
 
-/// Puts the name of the track before the columns below it.
+/// Writes the name of the track before the names of its columns.
 fn name_tracks(preamble: &Preamble, layout: &mut Layout) {
     let Some(header) = layout.header_line else { return };
     let above = preamble.lines.get(..header).and_then(|l| l.iter().rev().find(|l| !l.is_empty()));
@@ -356,7 +356,7 @@ fn is_sensor_logger(preamble: &Preamble) -> bool {
     preamble.headers.len() > 2 && has("time") && has("seconds_elapsed")
 }
 
-/// The name of the file tells the sensor, its columns do not.
+/// The file name identifies the sensor, the columns do not.
 fn note_sensor_kinds(_: &Preamble, layout: &mut Layout) {
     let known = ["time", "seconds_elapsed", "x", "y", "z"];
     if layout.head.names.iter().all(|name| known.contains(&name.header.as_str())) {

@@ -1,5 +1,5 @@
-//! One signal whose values are wrapped over several columns, as records of earthquakes are written: `NPTS= 4001, DT= .01 SEC`
-//! above five values a line.
+//! A single signal whose values are distributed over several columns, as in earthquake records:
+//! `NPTS= 4001, DT= .01 SEC` above five values per line.
 
 use super::{
     layout::{Layout, text},
@@ -11,23 +11,23 @@ use crate::{
     tables::table::Odd,
 };
 
-/// Part by which the number of rows is known that the size of a file tells.
+/// Relative tolerance of the number of rows estimated from the size of a file.
 const WITHIN: f64 = 0.05;
 
-/// A signal that goes on from column to column and from line to line.
+/// A signal that continues from column to column and from line to line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Wrapped {
-    /// Values a line.
+    /// Number of values per line.
     pub(super) width: usize,
-    /// Values in all, as the header states.
+    /// Total number of values, as stated in the header.
     pub(super) count: usize,
 }
 
 impl Wrapped {
-    /// That of a table without names below lines that state how many values there are.
+    /// The signal of a table without names, below lines that state the number of values.
     pub(super) fn find(lines: &[&[u8]], layout: &Layout) -> Option<Self> {
         let width = layout.shape.width;
-        // Cells of a line that states the count are no names.
+        // Cells of a line that states the count are not names.
         let stated = |line: usize| lines.get(line).is_some_and(|line| count(&text(line)).is_some());
         if width < 2 || layout.shape.words || !layout.header_line.is_none_or(stated) {
             return None;
@@ -42,19 +42,19 @@ impl Wrapped {
         (0..self.width).collect()
     }
 
-    /// Whether these rows hold as many values as the header states, missing ones among them or not.
+    /// Whether these rows contain as many values as the header states, counted with or without missing ones.
     pub(super) fn fits(self, rows: Part) -> bool {
         let values = self.joined(rows).columns.concat();
         let finite = values.iter().filter(|value| value.is_finite()).count();
         [finite, values.len()].iter().any(|n| (self.count..self.count + self.width).contains(n))
     }
 
-    /// Whether about so many rows hold the values that the header states.
+    /// Whether this approximate number of rows can contain the values that the header states.
     pub(super) fn fits_about(self, rows: usize) -> bool {
         (rows as f64 * self.width as f64 / self.count as f64 - 1.0).abs() < WITHIN
     }
 
-    /// Rows of several columns as one: where a row ends before the last column, the next follows at once.
+    /// Rows of several columns as one: if a row ends before the last column, the next row follows directly.
     pub(super) fn joined(self, part: Part) -> Part {
         let mut values = Vec::new();
         let mut found: Vec<Odd> = Vec::new();
@@ -85,7 +85,7 @@ impl Wrapped {
         Part { columns: vec![values], odd: found, lines: part.lines }
     }
 
-    /// Describes the one column in the place of those of the lines.
+    /// Describes the single column that replaces those of the lines.
     pub(super) fn describe(self, lines: &[&[u8]], layout: &mut Layout) {
         let above: Vec<String> =
             lines[..layout.first_line.min(lines.len())].iter().map(|line| text(line).into_owned()).collect();
@@ -95,7 +95,7 @@ impl Wrapped {
         let written = if unit.is_empty() { name.to_owned() } else { format!("{name} ({unit})") };
         head.names = vec![Name::parse(written.trim())];
         head.stated_rate_hz = head.stated_rate_hz.or_else(|| above.iter().find_map(|line| rate_hz(line)));
-        // That the lines above the values name no columns.
+        // Removes the note that the lines above the values name no columns.
         head.notes.clear();
         head.notes.push(Note::new(format!(
             "the {} values that the header states stand in {} columns: they were read line by line as one \
@@ -105,7 +105,7 @@ impl Wrapped {
     }
 }
 
-/// Words and numbers of a line, which marks separate.
+/// Words and numbers of a line, separated by marks.
 fn tokens(line: &str) -> Vec<&str> {
     let marks = |c: char| c.is_whitespace() || ",;=:()".contains(c);
     line.split(marks).filter(|token| !token.is_empty()).collect()
@@ -126,7 +126,7 @@ fn count(line: &str) -> Option<usize> {
     })
 }
 
-/// The rate that a line states in a sentence: `100 sps`, `equally spaced at .010 sec`.
+/// The rate stated in a sentence of a line: `100 sps`, `equally spaced at .010 sec`.
 fn rate_hz(line: &str) -> Option<f64> {
     let tokens = tokens(line);
     let of = |statement: String| stated::rate_hz([statement.as_str()].into_iter(), &[','], Decimal::Point);
@@ -146,7 +146,7 @@ fn rate_hz(line: &str) -> Option<f64> {
         })
 }
 
-/// The unit that a line names: behind `in` or `units of`, or at the end of the line of a seismic archive.
+/// The unit named in a line: after `in` or `units of`, or at the end of the line of a seismic archive.
 fn unit(line: &str) -> Option<String> {
     let known = |unit: &&str| {
         units::is_known(unit) && Role::in_record(&Name::parse(&format!("x ({unit})"))) != Role::Time
@@ -162,7 +162,7 @@ fn unit(line: &str) -> Option<String> {
     behind.or_else(last).map(str::to_owned)
 }
 
-/// What a line says that the values are.
+/// Kind of the values according to a line.
 fn quantity(line: &str) -> Option<&'static str> {
     let lower = line.to_lowercase();
     [("accel", "acceleration"), ("veloc", "velocity"), ("displ", "displacement")]

@@ -1,4 +1,4 @@
-//! Which columns are taken, in which unit, as which kind of signal.
+//! Choice of columns, their units, and the kind of the signal.
 
 use super::*;
 
@@ -218,13 +218,13 @@ fn a_ring_down_is_told_from_its_drive_by_its_numbers() {
     assert!(matches!(reading.record.clock(), Clock::Uniform { .. }));
 }
 
-/// White noise of rms 1, the same everywhere.
+/// White noise of rms 1, the same on every machine.
 fn noise(i: usize) -> f64 {
     let scrambled = (i as f64 * 12.9898).sin() * 43758.5453;
     12_f64.sqrt() * (scrambled - scrambled.floor() - 0.5)
 }
 
-/// The acceleration of a phone whose swing a constant force has stopped within `stop_s`.
+/// The acceleration of a phone whose swing is stopped by a constant force within `stop_s`.
 fn swing(t: f64, stop_s: f64) -> f64 {
     (1.0 - t / stop_s).max(0.0) * (9.0 * t).cos()
 }
@@ -310,7 +310,7 @@ fn each_sensor_has_its_own_times() {
     assert_is_ring(&reading, 99);
 }
 
-/// A phone on a pendulum that reads gravity, another on a spring.
+/// A phone on a pendulum that measures gravity, and another one on a spring.
 #[test]
 fn the_axis_across_a_pendulum_goes_before_that_along_it() {
     let phone = |across: fn(f64) -> f64, along: fn(f64, f64) -> f64| {
@@ -329,7 +329,7 @@ fn the_axis_across_a_pendulum_goes_before_that_along_it() {
     assert_eq!(phone(|_| 0.1, along), (3, false));
     assert_eq!(phone(|angle| -4.0 * angle, |_, _| 9.81), (2, false));
     assert_eq!(phone(|angle| 0.1 * angle, |angle, _| 9.81 - 4.0 * angle), (3, false));
-    // The linear acceleration is that of the swing.
+    // The linear acceleration is that of the swing only.
     assert_eq!(phone(|angle| 7.8 * angle, |_, velocity| 7.8 * velocity * velocity), (2, false));
 }
 
@@ -371,13 +371,13 @@ fn seconds_and_nanoseconds_in_two_columns_are_added() {
             reading.report.notes.iter().any(|n| n.hints.first().is_some_and(|h| h.option == Some("time")))
         );
     }
-    // Beside the outputs of a lock-in.
+    // Next to the outputs of a lock-in.
     let text =
         table_of("secs,nsecs,In-Phase,Quadrature\n", 60, |i, t, x| format!("{},{}", row(i, t, x), 2.0 * x));
     let reading = read(text);
     let quadrature = reading.record.quadrature().unwrap();
     assert!(quadrature.iter().zip(reading.record.signal()).all(|(q, x)| *q == 2.0 * x));
-    // Asked for, one of them is the time.
+    // If requested, one of them is the time.
     let options = ReadOptions { time: Some("nsecs".into()), ..Default::default() };
     let reading =
         read_with(table_of("secs,nsecs,x\n", 16, |i, _, x| format!("7,{},{x}", i * 62_500_000)), &options);
@@ -409,7 +409,7 @@ fn a_unit_goes_before_a_letter_and_gyroscopes_are_told_by_what_stands_beside_the
     let row = |_: usize, t: f64, x: f64| format!("{t},0.01,0.02,1,0.1,0.2,{x}");
     let reading = read(table_of("t,ax,ay,az,gx,gy,gz\n", 80, row));
     assert_eq!((reading.record.kind(), signal(&reading).column.number), (SignalKind::Velocity, 7));
-    // Neither noise of a gyroscope goes before an acceleration that swings.
+    // The noise of a gyroscope does not take precedence over an oscillating acceleration.
     for header in ["t,ax,ay,gx,gy\n", "t,AccX,AccY,GyrX,GyrY\n"] {
         let row = |i: usize, t: f64, _: f64| {
             let x = 9.0 * (-0.05 * t).exp() * (2.0 * t).cos();
@@ -440,14 +440,14 @@ fn a_name_of_a_date_is_no_hindrance_to_times() {
         assert_eq!(time_column(&reading), 1, "{header}");
         assert_is_ring(&reading, 40);
     }
-    // As a spreadsheet holds it.
+    // As stored in a spreadsheet.
     let text = table_of("Datum;x (mm)\n", 40, |_, t, x| format!("{};{x}", 3_908_001_123.0 + t));
     assert_eq!(time_column(&read(text)), 1);
     let hobo = "\"#\",\"Date Time, GMT+01:00\",\"Accel, g (LGR S/N: 2345)\"\n";
     let reading = read(table_of(hobo, 40, |i, t, x| format!("{},11/03/23 12:{} AM,{x}", i + 1, clock(t))));
     assert_is_ring(&reading, 40);
     assert_eq!((reading.record.kind(), reading.record.unit()), (SignalKind::Acceleration, "g"));
-    // A date beside the time of day stays beside it.
+    // A date next to the time of day is not used.
     let text = table_of("Date,Time (s),x\n", 40, |_, t, x| format!("2023-11-03,{t},{x}"));
     assert_eq!(time_column(&read(text)), 2);
 }

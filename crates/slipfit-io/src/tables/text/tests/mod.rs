@@ -1,4 +1,4 @@
-//! Text as loggers write it.
+//! Text as written by loggers.
 
 mod columns;
 
@@ -28,7 +28,7 @@ fn ring(i: usize) -> (f64, f64) {
     (t, (1000.0 * (-0.05 * t).exp() * (2.0 * t).cos()).round() / 1000.0)
 }
 
-/// The rows of a table whose cells `row` makes.
+/// A table whose rows are made by `row`.
 fn table_of(header: &str, n: usize, row: impl Fn(usize, f64, f64) -> String) -> String {
     let mut text = String::from(header);
     for i in 0..n {
@@ -133,7 +133,7 @@ fn a_long_file_is_read_across_chunks_and_its_hash_is_of_all_bytes() {
     let reading = read(&text);
     assert_is_ring(&reading, 100_000);
     assert_eq!(reading.report.bytes, text.len() as u64);
-    // sha256 of nothing but itself is known: FIPS 180-4 test vector "abc".
+    // A known SHA-256: FIPS 180-4 test vector "abc".
     let mut abc = Hashing::new(&b"abc"[..], None);
     std::io::copy(&mut abc, &mut std::io::sink()).unwrap();
     assert_eq!(abc.finish().0, "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
@@ -339,7 +339,7 @@ fn names_units_and_the_step_of_labview_are_kept() {
     assert_eq!(reading.record.kind(), SignalKind::Acceleration);
     let Clock::Uniform { interval_s, .. } = *reading.record.clock() else { panic!("rounded times") };
     assert!((interval_s / 1.953_125e-5 - 1.0).abs() < 1e-12, "{interval_s}");
-    // Times that are no multiples of the step stay.
+    // Times that are not multiples of the step are kept.
     let row = |i: usize, _: f64, x: f64| format!("{:.5},{x},1", i as f64 * 2.0e-5);
     let step = read(table_of(header, 300, row)).record.clock_report().median_step_s;
     assert!((step - 2.0e-5).abs() < 1e-9, "{step}");
