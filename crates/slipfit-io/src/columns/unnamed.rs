@@ -37,8 +37,8 @@ impl Chooser<'_> {
         parts < FITS && parts < CLEARLY * polar
     }
 
-    /// Whether a resonance fits two columns over a third far better as real and imaginary part than either of them as an
-    /// amplitude.
+    /// Whether a resonance fits two columns over a third far better as real and imaginary part than either of them
+    /// alone as an amplitude.
     pub(super) fn are_no_amplitudes(&self, over: usize, first: usize, second: usize) -> bool {
         let rows = self.rows_of([over, first, second]);
         let parts = of_pole(&rows.iter().map(|&[f, a, b]| (f, Phasor::new(a, b))).collect::<Vec<_>>());
