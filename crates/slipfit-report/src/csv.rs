@@ -1,7 +1,7 @@
-//! The numbers behind the figures as tidy CSV, unrounded, parameters in the header.
+//! The numbers behind the figures as tidy CSV, unrounded, with the parameters in the header.
 //!
-//! A value that does not exist (no fit outside the segment, no phase, no frequency of a bare
-//! envelope) is an empty cell.
+//! A value that does not exist (no fit outside the segment, no phase, no frequency of a bare envelope) is an
+//! empty cell.
 
 use crate::escape::{csv as quoted, csv_comment as comment};
 use crate::{AnalysedCurve, AnalysedLevels, AnalysedRingdown, AnalysedSeries, Sentence};

@@ -1,21 +1,21 @@
-//! Text of others (file names, headers, units) made inert, one function for each format.
+//! Escaping of foreign text (file names, headers, units), one function per format.
 //!
-//! No name in a file may mark up a page, give a command to LaTeX, a spreadsheet or a terminal, or
-//! turn the direction of the text around it.
+//! A name in a file must not mark up a page, give a command to LaTeX, a spreadsheet or a terminal, or change the
+//! direction of the text around it.
 
 use std::borrow::Cow;
 use std::fmt::Write as _;
 
-/// Stands for a character that a format cannot show safely.
+/// Replaces a character that a format cannot show safely.
 const REPLACED: char = '\u{fffd}';
 
-/// Controls of the writing direction, invisible, which would reorder the text around them.
+/// Invisible controls of the writing direction, which would reorder the text around them.
 fn turns_direction(c: char) -> bool {
     matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
-/// For HTML, XML and SVG, in an element or between quotes. Control characters, which XML cannot
-/// hold, become blanks.
+/// Escapes text for HTML, XML and SVG, in an element or between quotes. Control characters, which XML does not
+/// allow, become blanks.
 pub fn html(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
     for c in text.chars() {
@@ -35,7 +35,7 @@ pub fn html(text: &str) -> String {
     safe
 }
 
-/// For a line of Markdown, in a paragraph or a list.
+/// Escapes text for a line of Markdown, in a paragraph or a list.
 pub fn markdown(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     let mut before = ' ';
@@ -43,16 +43,16 @@ pub fn markdown(text: &str) -> String {
     while let Some(c) = rest.next() {
         let inside = before.is_alphanumeric() && rest.peek().is_some_and(|c| c.is_alphanumeric());
         match c {
-            // Before a blank, as in `p < 1e-12`, it begins nothing.
+            // Before a blank, as in `p < 1e-12`, it starts no tag.
             '<' if rest.peek() == Some(&' ') => out.push('<'),
             '<' => out.push_str("&lt;"),
             '&' => out.push_str("&amp;"),
-            // Between letters an underscore marks nothing.
+            // Between letters, an underscore is not mark-up.
             '_' if inside => out.push('_'),
             '[' if rest.peek() == Some(&'^') => out.push_str("\\["),
-            // Brackets are a link only where these follow.
+            // Brackets form a link only before one of these characters.
             ']' if matches!(rest.peek(), Some('(' | '[' | ':')) => out.push_str("\\]"),
-            // Dollars are mathematics for some readers.
+            // Some renderers read dollars as mathematics.
             '\\' | '`' | '*' | '_' | '$' | '~' => out.extend(['\\', c]),
             c if c.is_control() => out.push(' '),
             c if turns_direction(c) => out.push(REPLACED),
@@ -63,18 +63,18 @@ pub fn markdown(text: &str) -> String {
     out
 }
 
-/// For a cell of a table in Markdown.
+/// Escapes text for a table cell in Markdown.
 pub fn markdown_cell(text: &str) -> String {
     markdown(text).replace('|', "\\|")
 }
 
-/// For text of LaTeX; signs beyond ASCII as it writes them without a package. Letters that are not Latin
-/// stay as they are, for XeLaTeX and LuaLaTeX.
+/// Escapes text for LaTeX; signs beyond ASCII are written without the need for a package. Letters that are not
+/// Latin stay as they are, for XeLaTeX and LuaLaTeX.
 pub fn latex(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
         match c {
-            // At the beginning of a row they would belong to the end of the row before.
+            // At the beginning of a row they would be read as part of the end of the previous row.
             '[' | '*' if out.trim().is_empty() => out.extend(['{', c, '}']),
             '\\' => out.push_str("\\textbackslash{}"),
             '~' => out.push_str("\\textasciitilde{}"),
@@ -112,20 +112,20 @@ fn superscript(c: char) -> Option<char> {
     "⁰¹²³⁴⁵⁶⁷⁸⁹".chars().zip('0'..='9').find_map(|(up, digit)| (up == c).then_some(digit))
 }
 
-/// For a comment that ends with its line, in LaTeX or at the head of a CSV file.
+/// Escapes text for a comment that ends with its line, in LaTeX or at the head of a CSV file.
 pub fn comment(text: &str) -> String {
-    // Line and paragraph separators end a line for some readers.
+    // Some readers end a line at line and paragraph separators.
     let ends = |c: char| c.is_control() || matches!(c, '\u{2028}' | '\u{2029}');
     text.replace(ends, " ").replace(turns_direction, &REPLACED.to_string())
 }
 
-/// For a comment at the head of a CSV file, which a spreadsheet takes apart at commas and semicolons as
-/// any line: no part of it begins like a formula.
+/// Escapes text for a comment at the head of a CSV file, which a spreadsheet splits at commas and semicolons like
+/// any other line: no part of it begins like a formula.
 pub fn csv_comment(text: &str) -> String {
     apart(comment(text), &[',', ';'])
 }
 
-/// No part between these begins like a formula.
+/// Changes the text so that no part between these separators begins like a formula.
 fn apart(text: String, separators: &[char]) -> String {
     if !text.contains(separators) {
         return text;
@@ -142,14 +142,14 @@ fn apart(text: String, separators: &[char]) -> String {
     out
 }
 
-/// Whether a spreadsheet takes what begins so for a formula.
+/// Whether a spreadsheet takes text that begins with this character for a formula.
 fn begins_formula(c: char) -> bool {
     matches!(c, '=' | '+' | '-' | '@')
 }
 
-/// A cell of text in a CSV file. Behind an apostrophe a spreadsheet takes what begins like a
-/// formula (`=`, `+`, `-`, `@`, a tab, blanks before them) for text. Control characters become
-/// blanks: the file may be shown by a terminal, and not every spreadsheet minds the quotes around an end of line.
+/// A text cell of a CSV file. An apostrophe in front makes a spreadsheet treat what begins like a formula (`=`,
+/// `+`, `-`, `@`, a tab, blanks before them) as text. Control characters become blanks: the file may be shown by
+/// a terminal, and not every spreadsheet respects the quotes around a line end.
 pub fn csv(text: &str) -> String {
     let formula =
         text.trim_start_matches(|c: char| c.is_whitespace() || c.is_control() || turns_direction(c));
@@ -159,8 +159,8 @@ pub fn csv(text: &str) -> String {
     if text.contains([',', ';', '"']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text }
 }
 
-/// Text of JSON, or a part of a string in it: signs that a terminal or a reader would obey in the
-/// spelling that JSON has for any sign, so that the value stays as it is.
+/// JSON text, or part of a string in it: characters that a terminal or a reader would act on are written as JSON
+/// escapes, so that the value is unchanged.
 pub fn json(text: &str) -> Cow<'_, str> {
     let obeyed = |c: char| c.is_control() && c > '\u{1f}' || turns_direction(c);
     if !text.contains(obeyed) {
@@ -177,7 +177,7 @@ pub fn json(text: &str) -> Cow<'_, str> {
     Cow::Owned(out)
 }
 
-/// For a terminal: no escape sequence, no control character but the end of a line.
+/// Escapes text for a terminal: no escape sequences, and no control characters except the line end.
 pub fn terminal(text: &str) -> String {
     let unsafe_here = |c: char| (c.is_control() && c != '\n') || turns_direction(c);
     text.replace('\t', " ").replace(unsafe_here, &REPLACED.to_string())

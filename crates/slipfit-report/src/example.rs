@@ -9,17 +9,17 @@ use slipfit::answer::hint::HintValue;
 use slipfit::ringdown::{Answer, EndReason, Options, StartReason, analyse};
 use std::path::Path;
 
-/// Options by their own names.
+/// Writes options by their own names.
 pub(crate) fn spell(option: &'static str, _: Option<&HintValue>) -> String {
     option.to_owned()
 }
 
-/// Its answer alone.
+/// The answer of the example.
 pub(crate) fn answer() -> Answer {
     by_hand(|_| (), |analysed| analysed.answer.clone())
 }
 
-/// An answer whose numbers are set by hand and then changed.
+/// Calls `look` with an answer whose numbers are set by hand and then changed by `change`.
 pub(crate) fn by_hand<T>(
     change: impl FnOnce(&mut Answer),
     look: impl FnOnce(&AnalysedRingdown<'_>) -> T,

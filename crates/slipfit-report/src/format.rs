@@ -1,12 +1,13 @@
-//! Numbers as people read them: rounded to what is known, in a unit that fits.
+//! Numbers formatted for reading: rounded to their uncertainty, in a suitable unit.
 //!
-//! Every face (terminal, plots, notebooks, browser) words numbers through this
-//! room, so that one answer reads the same everywhere. How numbers are rounded and which prefix their unit takes
-//! is the library's, whose warnings hold numbers as well.
+//! All interfaces (terminal, plots, notebooks, browser) format numbers with this module, so that one answer reads
+//! the same everywhere. The rounding and the choice of the unit prefix are those of the core library, whose
+//! warnings contain numbers as well.
 
 pub use slipfit::answer::rounded::{Rounded, Scale, plain, signed_percent};
 
-/// A time (s) on a clock of which a span is told: of one that counts from 1970 with the digits to tell it by.
+/// A time (s) on a clock that covers `span_s`; a clock that counts from 1970 is shown with enough digits to
+/// resolve the span.
 ///
 /// ```
 /// use slipfit_report::format::instant;
@@ -22,7 +23,7 @@ pub fn instant(time_s: f64, span_s: f64) -> String {
     format!("{time_s:.decimals$} s")
 }
 
-/// How many times as much: two decimals, from ten times on none.
+/// A ratio: two decimals, or none from ten upwards.
 ///
 /// ```
 /// assert_eq!(slipfit_report::format::times(1.0049), "1.00");
@@ -48,7 +49,7 @@ pub fn p_value(p: f64) -> String {
     }
 }
 
-/// A share of the whole in per cent, `41 %`; never `0 %` or `100 %` unless it is.
+/// A fraction in per cent, `41 %`; never `0 %` or `100 %` unless it is exactly that.
 ///
 /// ```
 /// use slipfit_report::format::percent;

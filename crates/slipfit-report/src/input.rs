@@ -1,4 +1,4 @@
-//! What is reported: an answer together with what was read and what was asked.
+//! Input of a report: an answer together with what was read and which options were used.
 
 use slipfit::series::{Measurement, Shared};
 use slipfit::{levels, resonance, ringdown, series};
@@ -12,9 +12,9 @@ pub struct AnalysedRingdown<'a> {
     pub file: &'a Path,
     /// The record and how it was read.
     pub reading: &'a Reading,
-    /// What the analysis was asked.
+    /// Options of the analysis.
     pub options: &'a ringdown::Options,
-    /// What it answered.
+    /// The answer of the analysis.
     pub answer: &'a ringdown::Answer,
 }
 
@@ -23,11 +23,11 @@ pub struct AnalysedRingdown<'a> {
 pub struct AnalysedCurve<'a> {
     /// The curve and how it was read.
     pub reading: &'a SweepReading,
-    /// The friction-free reference, where there is one.
+    /// The friction-free reference, if there is one.
     pub reference: Option<&'a SweepReading>,
-    /// What the analysis was asked.
+    /// Options of the analysis.
     pub options: &'a resonance::Options,
-    /// What it answered.
+    /// The answer of the analysis.
     pub answer: &'a resonance::Answer,
 }
 
@@ -36,28 +36,28 @@ pub struct AnalysedCurve<'a> {
 pub struct AnalysedLevels<'a> {
     /// The levels and how they were read.
     pub reading: &'a LevelReading,
-    /// What the analysis was asked.
+    /// Options of the analysis.
     pub options: &'a levels::Options,
-    /// What it answered.
+    /// The answer of the analysis.
     pub answer: &'a levels::Answer,
 }
 
 /// An analysed series of measurements.
 #[derive(Debug, Clone, Copy)]
 pub struct AnalysedSeries<'a> {
-    /// What the series is.
+    /// Description of the series.
     pub heading: &'a SeriesHeading,
-    /// Where each measurement came from, in the order of `measurements`.
+    /// Origin of each measurement, in the order of `measurements`.
     pub inputs: &'a [SeriesInput],
     /// The measurements.
     pub measurements: &'a [Measurement],
-    /// What the analysis was asked.
+    /// Options of the analysis.
     pub options: &'a series::Options,
-    /// What it answered.
+    /// The answer of the analysis.
     pub answer: &'a series::Answer,
 }
 
-/// The description of a series that stands above its measurements.
+/// The description of a series, given above its measurements.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SeriesHeading {
     /// Name of the manifest, for display.
@@ -85,7 +85,7 @@ pub struct SeriesInput {
     pub kind: &'static str,
     /// Unit of its displacements, before scaling.
     pub unit: String,
-    /// What the reader and the series remarked on it.
+    /// Remarks made while reading it and building the series.
     pub notes: Vec<String>,
 }
 
@@ -94,6 +94,6 @@ pub struct SeriesInput {
 pub struct Provenance {
     /// Version of the program, such as `0.1.0 (0123456789ab)`.
     pub version: String,
-    /// What reproduces the report, such as a command line.
+    /// How to reproduce the report, such as a command line.
     pub call: String,
 }

@@ -1,10 +1,9 @@
-//! Reports of slipfit's answers: a terminal screen, JSON, CSV, figures (SVG, PNG), HTML, Markdown
-//! and LaTeX.
+//! Reports of slipfit's answers: a terminal screen, JSON, CSV, figures (SVG, PNG), HTML, Markdown and LaTeX.
 //!
 //! A [`Report`] is an answer together with what was read ([`AnalysedRingdown`], [`AnalysedCurve`],
-//! [`AnalysedLevels`], [`AnalysedSeries`]). Its words come as a [`Document`] that [`terminal`] and
-//! [`page`] lay out; functions return text or bytes, or write into a stream of the caller. Nothing here opens a file, prints, or reads the environment or the
-//! clock, so that a command, a notebook and a web page show the same report.
+//! [`AnalysedLevels`], [`AnalysedSeries`]). Its text is a [`Document`], which [`terminal`] and [`page`] lay out;
+//! functions return text or bytes, or write to a stream of the caller. Nothing here opens a file, prints, or
+//! reads the environment or the clock, so that a command, a notebook and a web page show the same report.
 //!
 //! | module | makes |
 //! |---|---|

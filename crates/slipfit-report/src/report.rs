@@ -1,4 +1,4 @@
-//! The one way from any analysis to all of its reports.
+//! The common interface from any analysis to all of its reports.
 
 use crate::plot::{self, Picture};
 use crate::{AnalysedCurve, AnalysedLevels, AnalysedRingdown, AnalysedSeries, Document, csv, json};
@@ -7,7 +7,7 @@ use std::io::{self, Write};
 
 /// An analysis that can be reported.
 pub trait Report {
-    /// Its words and tables, for a screen or a page; `spell` writes the options that hints name.
+    /// Its text and tables, for a screen or a page; `spell` writes the options named in hints.
     fn document(&self, spell: Spelling<'_>) -> Document<'_>;
 
     /// Its figure.

@@ -1,9 +1,9 @@
-//! What a table says of one file.
+//! The row of a table for one file.
 
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use std::path::Path;
 
-/// A column behind `file`, `status` and `reason`, which every table begins with.
+/// A column after `file`, `status` and `reason`, with which every table begins.
 #[derive(Debug, PartialEq)]
 pub struct Column {
     /// Its heading, with the unit.
@@ -19,7 +19,7 @@ pub enum Kind {
     Text,
     /// A number.
     Number,
-    /// A whole number of things.
+    /// A count.
     Count,
     /// True or false.
     Flag,
@@ -47,7 +47,7 @@ impl Column {
     }
 }
 
-/// A cell; one that does not exist is empty.
+/// A cell; a missing value is an empty cell.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 #[serde(untagged)]
 pub enum Value {
@@ -57,14 +57,14 @@ pub enum Value {
     Text(String),
     /// A finite number.
     Number(f64),
-    /// A whole number of things.
+    /// A count.
     Count(u64),
     /// True or false.
     Flag(bool),
 }
 
 impl Value {
-    /// A number; [`Value::None`] where it is not finite.
+    /// A number; [`Value::None`] if it is not finite.
     pub fn number(value: f64) -> Self {
         if value.is_finite() { Self::Number(value) } else { Self::None }
     }
@@ -74,7 +74,7 @@ impl Value {
         Self::Text(text.to_owned())
     }
 
-    /// A whole number of things.
+    /// A count.
     pub fn count(count: u64) -> Self {
         Self::Count(count)
     }
@@ -84,7 +84,7 @@ impl Value {
         Self::Flag(flag)
     }
 
-    /// As a cell of a CSV file; text of others cannot be a formula there.
+    /// The cell of a CSV file; foreign text cannot become a formula there.
     pub fn csv(&self) -> String {
         match self {
             Self::None => String::new(),
@@ -96,7 +96,7 @@ impl Value {
     }
 }
 
-/// How a file ended.
+/// Outcome of the analysis of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Status {
     /// An answer without warnings.
@@ -110,7 +110,7 @@ pub enum Status {
 impl Status {
     const ALL: [Self; 3] = [Self::Done, Self::Warned, Self::Failed];
 
-    /// As the table spells it.
+    /// Name in the table.
     pub fn name(self) -> &'static str {
         match self {
             Self::Done => "done",
@@ -125,13 +125,13 @@ impl Status {
 pub struct Row {
     /// Name of the file, for display.
     pub file: String,
-    /// How it ended.
+    /// Outcome of the analysis of a file.
     pub status: Status,
     /// Codes of the warnings, or why it failed.
     pub reason: String,
-    /// The columns behind `reason`.
+    /// The columns after `reason`.
     pub columns: &'static [Column],
-    /// One a column.
+    /// One value per column.
     pub values: Vec<Value>,
 }
 
@@ -159,7 +159,7 @@ impl Row {
         self.columns.iter().position(|c| c.name == name).and_then(|i| self.values.get(i))
     }
 
-    /// The number in the first of these columns that exists and holds one.
+    /// The number in the first of these columns that exists and holds a number.
     pub fn number(&self, names: &[&str]) -> Option<f64> {
         names.iter().find_map(|name| match self.value(name)? {
             Value::Number(v) => Some(*v),
@@ -167,7 +167,7 @@ impl Row {
         })
     }
 
-    /// The text in a column; empty where there is none.
+    /// The text in a column; empty if there is none.
     pub fn text(&self, name: &str) -> &str {
         match self.value(name) {
             Some(Value::Text(text)) => text,
@@ -175,7 +175,7 @@ impl Row {
         }
     }
 
-    /// The unit of friction displacements; that of the signal where it has no column of its own.
+    /// The unit of friction displacements; that of the signal if there is no column for it.
     pub fn friction_unit(&self) -> &str {
         match self.text("friction_unit") {
             "" => self.text("unit"),
@@ -183,7 +183,7 @@ impl Row {
         }
     }
 
-    /// Reads a row back from its line in the journal; `None` where it is not one.
+    /// Reads a row back from its line in the journal; `None` if the line is not a row.
     pub fn parse(line: &str, columns: &'static [Column]) -> Option<Self> {
         let map: serde_json::Map<String, serde_json::Value> = serde_json::from_str(line).ok()?;
         let word = |name: &str| map.get(name)?.as_str().map(str::to_owned);
@@ -233,7 +233,7 @@ mod tests {
 
     #[test]
     fn a_row_comes_back_from_its_line_to_the_last_bit() {
-        // Digits that a parser of less than full care rounds to a neighbour.
+        // Numbers that an imprecise parser rounds to a neighbouring one.
         for x in [0.1 + 0.2, 1.0 / 3.0, 5e-324, f64::EPSILON, f64::MIN_POSITIVE.next_down(), 1e23] {
             let values =
                 vec![Value::text("mrad"), Value::number(x), Value::Count(u64::MAX), Value::Flag(true)];

@@ -1,6 +1,6 @@
-//! Text broken into lines, for screens and figures.
+//! Line breaking of text, for screens and figures.
 
-/// The words of a text; a number keeps its sign and unit beside it.
+/// The words of a text; a number stays together with its sign and unit.
 pub(crate) fn words(text: &str) -> Vec<String> {
     let mut words: Vec<String> = Vec::new();
     let mut glue = false;

@@ -1,9 +1,9 @@
-//! Warnings with what helps, in the words of the program that shows them.
+//! Warnings with their hints, in the notation of the program that shows them.
 
 use slipfit::answer::Warning;
 use slipfit::answer::hint::{Spelling, spelled};
 
-/// A warning in one line: what was found, then what helps, each option written by `spell`.
+/// A warning in one line: what was found, then what helps, with each option written by `spell`.
 ///
 /// ```
 /// use slipfit::answer::Warning;

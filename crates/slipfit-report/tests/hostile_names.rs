@@ -1,11 +1,11 @@
-//! Names of others stay names: each escape against texts that are made of what it has to disarm.
+//! Foreign names stay names: each escape is tested on text composed of what it has to neutralise.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
 use proptest::prelude::*;
 use pulldown_cmark::{Event, Options, Parser, Tag};
 use slipfit_report::escape;
 
-/// Signs that mean something somewhere, whole attacks, and any other text between them.
+/// Characters with a meaning in some format, whole attacks, and any other text between them.
 fn name() -> impl Strategy<Value = String> {
     const PARTS: [&str; 28] = [
         "=cmd()|' /C calc'!A0",
@@ -54,7 +54,7 @@ fn steers(text: &str) -> bool {
     text.contains(|c: char| (c.is_control() && c != '\n') || turns(c))
 }
 
-/// What a reader of Markdown sees: the text of each cell or paragraph, or the first mark-up in it.
+/// What a Markdown reader shows: the text of each cell or paragraph, or the first mark-up in it.
 fn read_markdown(text: &str) -> Result<Vec<String>, String> {
     let options = Options::ENABLE_TABLES
         | Options::ENABLE_FOOTNOTES

@@ -1,4 +1,4 @@
-//! What a report is made of.
+//! Contents of a report.
 
 use super::facts::Facts;
 use super::method::Step;
@@ -9,13 +9,13 @@ use serde::ser::{Serialize, SerializeStruct as _, Serializer};
 use slipfit::answer::Warning;
 use slipfit::answer::hint::Spelling;
 
-/// Everything a report says, in no format yet.
+/// Everything a report says, independent of the output format.
 pub struct Document<'a> {
-    /// The command, `ringdown`.
+    /// The command, such as `ringdown`.
     pub(crate) command: &'static str,
     /// Title given by the user.
     pub(crate) title: Option<String>,
-    /// What was measured: the file's name, or the title.
+    /// What was measured: the name of the file, or the title.
     pub(crate) subject: String,
     pub(crate) sentence: String,
     pub(crate) parameters: Vec<ParameterRow>,
@@ -24,12 +24,12 @@ pub struct Document<'a> {
     pub(crate) warnings: Vec<DocumentWarning>,
     pub(crate) method: Vec<Step>,
     pub(crate) inputs: Vec<Input>,
-    /// Drawn only where they are shown.
+    /// Drawn only when they are shown.
     pub(crate) pictures: Box<dyn Fn() -> Vec<Picture> + 'a>,
 }
 
-/// For a page that lays out the report itself: the words and tables, and each panel as an `<svg>` element
-/// in the colours of a light page ([`crate::plot::dark_rules`] turns them).
+/// For a page that lays out the report itself: text, tables, and each panel as an `<svg>` element in the colours
+/// of a light page ([`crate::plot::dark_rules`] converts them for a dark one).
 impl Serialize for Document<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut fields = serializer.serialize_struct("Document", 7)?;
@@ -61,25 +61,25 @@ impl Serialize for Table {
 pub struct DocumentWarning {
     /// Machine-readable, as in the JSON answer.
     pub code: &'static str,
-    /// For people.
+    /// Human-readable.
     pub text: String,
 }
 
-/// A file, and what tells it from every other.
+/// A file and the fingerprint that identifies it.
 pub(crate) struct Input {
     pub(crate) path: String,
     pub(crate) sha256: String,
 }
 
-/// A table: the first row are its headings, columns without any content are left out.
+/// A table. The first row holds the headings; columns without any content are left out.
 pub(crate) struct Table {
     pub(crate) title: &'static str,
     pub(crate) rows: Vec<Vec<String>>,
-    /// Headings above so many columns each; none where a line of headings is enough.
+    /// Group headings with the number of columns each spans; empty if one line of headings is enough.
     pub(crate) groups: Vec<(String, usize)>,
-    /// The row reported, counted without the headings.
+    /// Index of the reported row, not counting the headings.
     pub(crate) chosen: Option<usize>,
-    /// Below it; may be empty.
+    /// Note below the table; may be empty.
     pub(crate) note: String,
 }
 
@@ -99,7 +99,7 @@ impl Table {
         }
     }
 
-    /// Headings and the rows below them.
+    /// Headings, and the rows below them.
     pub(crate) fn split(&self) -> (&[String], &[Vec<String>]) {
         match self.rows.split_first() {
             Some((head, rows)) => (head, rows),
@@ -107,15 +107,15 @@ impl Table {
         }
     }
 
-    /// The heading of its group above each column; empty where it has none.
+    /// The group heading of each column; empty if the column has none.
     pub(crate) fn group_of_each(&self) -> Vec<String> {
         let groups = self.groups.iter().flat_map(|(name, columns)| std::iter::repeat_n(name, *columns));
-        // What compares the columns of a group has not its unit.
+        // The column `z` compares the other columns of its group and does not have their unit.
         let own = self.split().0;
         groups.zip(own).map(|(name, own)| if own == "z" { String::new() } else { name.clone() }).collect()
     }
 
-    /// Headings in one line, those of groups before their own: `x_F [mrad], ring-down`.
+    /// Headings in one line, the group heading before the column heading: `x_F [mrad], ring-down`.
     pub(crate) fn headings(&self) -> Vec<String> {
         let own = self.split().0;
         let groups = self.group_of_each().into_iter().chain(std::iter::repeat(String::new()));

@@ -1,10 +1,10 @@
-//! What there is to say besides the numbers, each under a label.
+//! Statements of a report other than the numbers, each with a label.
 
 use slipfit::answer::hint::Spelling;
 use slipfit::{LossModel, LossTerm};
 use slipfit_io::Note;
 
-/// Labelled sentences in the order they are read; an empty label goes on with the one before.
+/// Labelled sentences in reading order; an empty label continues the previous one.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Facts(Vec<(&'static str, String)>);
 
@@ -13,7 +13,7 @@ impl Facts {
         self.0.push((label, text.into()));
     }
 
-    /// Losses that the intervals count, of a `record` or a curve.
+    /// Losses that the confidence intervals account for, of a `record` or a curve.
     pub(crate) fn counted_losses(&mut self, losses: Option<LossModel>, record: &str) {
         if let Some(losses) = losses {
             let words: Vec<&str> = losses.terms().map(LossTerm::words).collect();

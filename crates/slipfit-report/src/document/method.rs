@@ -1,13 +1,13 @@
-//! The equations an answer rests on, with their sources.
+//! The equations an answer is based on, with their sources.
 //!
-//! "The paper" is Vitorino, Vieira and Rodrigues, Effect of sliding friction in harmonic
-//! oscillators; where its print does not hold, that is said beside the equation.
+//! "The paper" is Vitorino, Vieira and Rodrigues, Effect of sliding friction in harmonic oscillators; where its
+//! printed version does not hold, this is stated next to the equation.
 
 use slipfit::LossTerm;
 use slipfit::resonance::Method;
 use slipfit::{levels, resonance, ringdown, series};
 
-/// One step: what it does, its formula where it has one, where that comes from.
+/// One step: what it does, its formula if it has one, and the source.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Step {
     pub(crate) what: &'static str,
@@ -19,7 +19,7 @@ const fn step(what: &'static str, formula: &'static str, source: &'static str) -
     Step { what, formula, source }
 }
 
-/// The work itself, for the foot of a page.
+/// Reference to the paper, for the foot of a page.
 pub(crate) const PAPER: &str = "Vitorino, Vieira and Rodrigues, “Effect of sliding friction in harmonic oscillators”; \
      its numbered equations run from (1) to (18).";
 
@@ -129,7 +129,7 @@ pub(super) fn of_ringdown(answer: &ringdown::Answer, bare: bool) -> Vec<Step> {
     steps
 }
 
-/// The laws of the loss terms that have one of their own.
+/// The laws of those loss terms that have a law of their own.
 fn laws(wanted: impl Fn(LossTerm) -> bool) -> impl Iterator<Item = Step> {
     let terms = LossTerm::ALL.iter().filter(move |term| wanted(**term));
     terms.filter_map(|term| term.method()).map(|[what, formula, source]| step(what, formula, source))

@@ -1,4 +1,4 @@
-//! Everything a report says, before it takes the form of a screen or a page.
+//! Everything a report says, before it is laid out for a screen or a page.
 
 mod content;
 mod facts;
@@ -20,7 +20,7 @@ use crate::{AnalysedCurve, AnalysedLevels, AnalysedRingdown, AnalysedSeries};
 use slipfit::answer::hint::Spelling;
 
 impl<'a> Document<'a> {
-    /// The report of a ring-down; `spell` writes the options that hints name.
+    /// The report of a ring-down; `spell` writes the options named in hints.
     pub fn ringdown(analysed: &'a AnalysedRingdown<'a>, spell: Spelling<'_>) -> Self {
         ringdown::document(analysed, spell)
     }

@@ -6,13 +6,13 @@ use crate::format::Scale;
 use slipfit::answer::Candidate;
 use slipfit::{LossModel, LossTerm, Parameter, Parameters};
 
-/// What an asterisk behind a model means.
+/// Meaning of an asterisk after a model.
 const UNSETTLED: &str = "the fit did not converge to its tolerance";
 
-/// Why the model reported has a loss more than that of least BIC.
+/// Why the reported model has one loss more than the model of least BIC.
 const KEPT: &str = "a loss left out is not known to be zero";
 
-/// The models compared, what they were fitted to, and the one reported.
+/// The models compared, the data they were fitted to, and the reported model.
 pub(super) struct Comparison<'a> {
     pub(super) candidates: &'a [Candidate],
     pub(super) reported: LossModel,
@@ -24,7 +24,7 @@ pub(super) struct Comparison<'a> {
 }
 
 impl Comparison<'_> {
-    /// One row for each model. `more` are parameters shown behind those of the loss terms.
+    /// One row for each model. `more` are parameters shown after those of the loss terms.
     pub(super) fn table(&self, more: &[Parameter]) -> Table {
         let losses = LossTerm::ALL.iter().map(|&term| Column::loss(self, term));
         let others = more.iter().map(|&parameter| Column::new(self, parameter, true));
@@ -59,14 +59,14 @@ fn delta_bic(delta: f64) -> String {
 struct Column {
     parameter: Parameter,
     scale: Scale,
-    /// Whether any model has it and the data tell it.
+    /// Whether any model has it and the data determine it.
     shown: bool,
 }
 
 impl Column {
     fn loss(comparison: &Comparison<'_>, term: LossTerm) -> Self {
         let parameter = Parameter::Loss(term);
-        // A record of amplitudes without a frequency gives no friction displacement.
+        // Amplitudes without a frequency give no friction displacement.
         let reported = term != LossTerm::Sliding || comparison.parameters.get(parameter).is_some();
         Self::new(comparison, parameter, reported)
     }
@@ -74,7 +74,7 @@ impl Column {
     fn new(comparison: &Comparison<'_>, parameter: Parameter, reported: bool) -> Self {
         let with = comparison.candidates.iter().filter(|c| has(c.model, parameter));
         let largest = with.map(|c| c.value(parameter)).filter(|v| v.is_finite()).fold(0.0, f64::max);
-        // The friction displacement of a velocity has another unit than its amplitude.
+        // For a velocity signal, the friction displacement has a different unit from the amplitude.
         let reported_unit = comparison.parameters.get(parameter).map(|q| q.unit.clone());
         let unit = reported_unit.unwrap_or_else(|| parameter.unit(comparison.unit));
         let scale = Scale::for_size(largest, &unit);

@@ -1,10 +1,10 @@
-//! Parameters as people read them, the same on a screen, on a page and in a table.
+//! Parameters formatted for reading, identically on screens, on pages and in tables.
 
 use crate::format::{Rounded, Scale, plain};
 use serde::Serialize;
 use slipfit::{LossModel, LossTerm, Parameter, Parameters, Quantity};
 
-/// An interval this much longer on one side than on the other is printed on the screen.
+/// If one side of an interval is longer than the other by this factor, the interval is printed on the screen.
 const ASYMMETRY: f64 = 1.15;
 
 /// One parameter in words and digits.
@@ -15,20 +15,20 @@ pub(crate) struct ParameterRow {
     pub(crate) value: String,
     /// Digits of the standard error; empty without one.
     pub(crate) uncertainty: String,
-    /// With its prefix or power of ten.
+    /// Unit, with its prefix or power of ten.
     pub(crate) unit: String,
-    /// Standard error in per cent; empty where it says nothing.
+    /// Standard error in per cent; empty if it is not meaningful.
     pub(crate) relative: String,
     /// Both ends of the 95 % interval, in `unit`; empty without one.
     pub(crate) interval: String,
     /// Whether value and uncertainty alone would mislead.
     pub(crate) asymmetric: bool,
-    /// The model reported has no such term: `value` is how large it could be.
+    /// The reported model has no such term: `value` is an upper limit.
     pub(crate) absent: bool,
 }
 
 impl ParameterRow {
-    /// The parameters that say something; JSON has them all. `model` is the loss model reported.
+    /// The parameters that carry information; JSON has all of them. `model` is the reported loss model.
     pub(super) fn list(parameters: &Parameters, model: Option<LossModel>) -> Vec<Self> {
         let shown = parameters.iter().filter(|(p, q)| is_shown(*p, q, parameters, model));
         let row = |(p, q): (Parameter, &Quantity)| match model.is_some_and(|m| is_absent(p, m)) {
@@ -66,8 +66,8 @@ impl ParameterRow {
         }
     }
 
-    /// A parameter whose whole interval is narrower than its standard error, which the curvature
-    /// at the optimum alone then gives: digits by a quarter of the interval, a limit at the end of the range.
+    /// A parameter whose whole interval is narrower than its standard error, which then reflects only the
+    /// curvature at the optimum: digits from a quarter of the interval, an upper limit if the value lies at zero.
     fn by_interval(parameter: Parameter, q: &Quantity) -> Self {
         let [low, high] = q.interval_95;
         let shown = Rounded::of(q);
@@ -88,8 +88,8 @@ impl ParameterRow {
         }
     }
 
-    /// A parameter without an upper limit, whose error exceeds its value: what it is at least, if that is more than
-    /// nothing.
+    /// A parameter without an upper limit, whose error exceeds its value: shown as a lower limit if that is above
+    /// zero.
     fn from_below(parameter: Parameter, q: &Quantity) -> Self {
         let low = q.interval_95[0];
         let scale = Scale::for_size(low, &q.unit);
@@ -107,7 +107,7 @@ impl ParameterRow {
         }
     }
 
-    /// A term the model does not have: how large it could be.
+    /// A term the model does not have, shown as its upper limit.
     pub(crate) fn absent(parameter: Parameter, q: &Quantity) -> Self {
         let (words, symbol) = (parameter.label().to_owned(), parameter.symbol());
         let high = q.interval_95[1];
@@ -131,7 +131,7 @@ impl ParameterRow {
     }
 }
 
-/// Whether a parameter says something the others do not.
+/// Whether a parameter adds information to the others.
 fn is_shown(parameter: Parameter, q: &Quantity, all: &Parameters, model: Option<LossModel>) -> bool {
     match parameter {
         Parameter::SlidingRate => all.get(Parameter::FRICTION_DISPLACEMENT).is_none(),
@@ -142,7 +142,7 @@ fn is_shown(parameter: Parameter, q: &Quantity, all: &Parameters, model: Option<
     }
 }
 
-/// Whether the model reported has no such term.
+/// Whether the reported model lacks this term.
 fn is_absent(parameter: Parameter, model: LossModel) -> bool {
     match parameter {
         Parameter::Loss(term) => !model.has(term),
@@ -169,7 +169,7 @@ fn is_asymmetric(q: &Quantity) -> bool {
     below.max(above) > ASYMMETRY * below.min(above)
 }
 
-/// A number of a table, to so many digits.
+/// A number of a table, to `digits` significant digits.
 pub(crate) fn significant(value: f64, digits: usize) -> String {
     if value == 0.0 || !value.is_finite() {
         return if value == 0.0 { "0".to_owned() } else { "?".to_owned() };

@@ -7,7 +7,7 @@ use slipfit::{ClockReport, SignalKind};
 use slipfit_io::{ColumnTaken, ReadReport, Reading, TimeSource};
 use std::fmt::Write as _;
 
-/// What would be read of a file that is not analysed.
+/// How a file that is not analysed would be read.
 pub(crate) fn record(reading: &Reading, spell: Spelling<'_>) -> Facts {
     let (record, report) = (&reading.record, &reading.report);
     let mut facts = Facts::default();
@@ -88,7 +88,7 @@ fn signal_source(report: &ReadReport) -> String {
     format!("{signal}; taken as {kind}")
 }
 
-/// What there is to say about the clock, if anything.
+/// Remarks on the clock, if there are any.
 pub(super) fn clock(report: &ClockReport) -> Option<String> {
     let mut said = Vec::new();
     let mut count = |n: usize, what: &str| {

@@ -14,7 +14,7 @@ use slipfit::{Parameter, Quantity};
 use slipfit_io::{Skipped, SweepReading};
 use std::fmt::Write as _;
 
-/// Forces with a chi square above this lie on no straight line.
+/// Reduced chi square above which the forces do not lie on a straight line.
 const NO_LINE: f64 = 3.0;
 
 pub(super) fn document<'a>(analysed: &'a AnalysedCurve<'a>, spell: Spelling<'_>) -> Document<'a> {
@@ -24,7 +24,7 @@ pub(super) fn document<'a>(analysed: &'a AnalysedCurve<'a>, spell: Spelling<'_>)
         reported: answer.model,
         parameters: &answer.parameters,
         unit: &answer.unit,
-        // The paper's inversion compares no models: the exact curve does.
+        // The paper's inversion compares no models; the comparison is that of the exact curve.
         heading: if answer.method == Method::Paper { "exact model" } else { "model" },
     };
     let input = |r: &SweepReading| Input { path: r.report.path.clone(), sha256: r.report.sha256.clone() };
@@ -174,7 +174,7 @@ fn paper(facts: &mut Facts, answer: &Answer) {
     facts.add("paper", text);
 }
 
-/// What was read and how.
+/// What was read, and how.
 fn source(facts: &mut Facts, reading: &SweepReading, spell: Spelling<'_>) {
     facts.add("read", read_line(reading, spell));
     for (what, taken) in &reading.report.taken {
@@ -183,7 +183,7 @@ fn source(facts: &mut Facts, reading: &SweepReading, spell: Spelling<'_>) {
     facts.notes(&reading.report.notes, spell);
 }
 
-/// What would be read of a file that is not analysed.
+/// How a file that is not analysed would be read.
 pub(crate) fn curve(reading: &SweepReading, spell: Spelling<'_>) -> Facts {
     let mut facts = Facts::default();
     let curve = &reading.curve;

@@ -37,7 +37,7 @@ pub(super) fn document<'a>(analysed: &'a AnalysedRingdown<'a>, spell: Spelling<'
     }
 }
 
-/// The law without a model: its limit, its slope, and how far it was measured.
+/// The model-free loss law: its limit, its slope, and the range over which it was measured.
 fn free_law(facts: &mut Facts, law: &FreeLaw, unit: &str) {
     let interval = |q: &Quantity| {
         let [low, high] = q.interval_95.map(|v| plain(v, 3, &q.unit));
@@ -58,7 +58,7 @@ fn free_law(facts: &mut Facts, law: &FreeLaw, unit: &str) {
     facts.add("", format!("{shape}; measured down to {}{rising}", plain(law.lowest_amplitude, 3, unit)));
 }
 
-/// The curve of the sensor in the unit of the signal: `reads x + 0.05 x² - 0.1 x³/(1 + 0.4 x²)`.
+/// Response curve of the sensor in the unit of the signal: `reads x + 0.05 x² - 0.1 x³/(1 + 0.4 x²)`.
 fn sensor_curve(curve: &SensorCurve, unit: &str) -> String {
     let term = |coefficient: f64, power: &str| match coefficient {
         0.0 => String::new(),
@@ -73,12 +73,12 @@ fn sensor_curve(curve: &SensorCurve, unit: &str) -> String {
     format!("reads x{quadratic}{cubic}{saturation} for a displacement x{unit} from the middle: linearised")
 }
 
-/// Whether the record holds amplitudes, not the motion itself.
+/// Whether the record holds amplitudes instead of the motion itself.
 fn is_bare(kind: SignalKind) -> bool {
     matches!(kind, SignalKind::Envelope | SignalKind::LockIn)
 }
 
-/// What was read, what was used, how well it is described.
+/// What was read, what was used, and how well the model describes it.
 fn facts(analysed: &AnalysedRingdown<'_>, spell: Spelling<'_>) -> Facts {
     let report = &analysed.reading.report;
     let answer = analysed.answer;

@@ -29,7 +29,7 @@ pub(super) fn document<'a>(analysed: &'a AnalysedSeries<'a>, spell: Spelling<'_>
     }
 }
 
-/// Units all rows of a column share.
+/// Units shared by all rows of a column.
 struct Scales {
     friction: Scale,
     damping: Scale,
@@ -68,7 +68,7 @@ type Part = fn(&Estimate) -> &Quantity;
 fn table(analysed: &AnalysedSeries<'_>) -> Table {
     let scales = Scales::of(analysed);
     let [friction, damping] = scales.symbols();
-    // A method that was not used has no column, and one alone is compared with nothing.
+    // A method that was not used has no column; a single method has nothing to be compared with.
     let methods: Vec<(&str, Method)> =
         [("ring-down", (|r| &r.ring_down) as Method), ("resonance", |r| &r.resonance)]
             .into_iter()
@@ -128,16 +128,16 @@ fn table(analysed: &AnalysedSeries<'_>) -> Table {
     table
 }
 
-/// What stands before an upper limit.
+/// Prefix of an upper limit.
 const BELOW: &str = "< ";
 
-/// Whether a value within its error of zero is an upper limit.
+/// Whether a value within its error of zero is shown as an upper limit.
 fn is_below(q: &Quantity) -> bool {
     let [low, high] = q.interval_95;
     low <= 0.0 && high > 0.0 && high.is_finite() && q.value <= q.std_error
 }
 
-/// A value in the unit of its column, rounded by its uncertainty; an upper limit next to zero.
+/// A value in the unit of its column, rounded by its uncertainty, or an upper limit if it is close to zero.
 fn shown(q: &Quantity, scale: &Scale) -> String {
     if is_below(q) {
         return format!("{BELOW}{}", plain(q.interval_95[1] * scale.factor, 2, ""));
@@ -149,14 +149,14 @@ fn shown(q: &Quantity, scale: &Scale) -> String {
     if !(error.is_finite() && error > 0.0) {
         return plain(value, 4, "");
     }
-    // Two digits of the uncertainty where it begins with one or two, else one.
+    // Two digits of the uncertainty if its first digit is one or two, else one.
     let decade = error.log10().floor();
     let two = error / 10f64.powf(decade) < 2.95;
     let decimals = (if two { 1.0 - decade } else { -decade }).clamp(0.0, 12.0) as usize;
     format!("{value:.decimals$} ± {error:.decimals$}")
 }
 
-/// A symbol beside its value or upper limit.
+/// A symbol with its value or upper limit.
 fn equation(symbol: &str, shown: &str) -> String {
     if shown.starts_with(BELOW) { format!("{symbol} {shown}") } else { format!("{symbol} = {shown}") }
 }
@@ -218,7 +218,7 @@ fn joint(facts: &mut Facts, analysed: &AnalysedSeries<'_>) {
             scales.damping.unit
         ))
     };
-    // Of one method the table has it.
+    // With a single method, the table already shows it.
     let both = answer.methods() == [true; 2];
     for (i, line) in answer.table.iter().filter(|_| both).filter_map(value).enumerate() {
         facts.add(if i == 0 { "both" } else { "" }, line);
@@ -226,7 +226,7 @@ fn joint(facts: &mut Facts, analysed: &AnalysedSeries<'_>) {
 }
 
 fn laws(facts: &mut Facts, analysed: &AnalysedSeries<'_>) {
-    // Without friction the laws cannot be told apart: only an upper limit of the coefficient remains.
+    // Without friction the laws cannot be distinguished: only an upper limit of the coefficient remains.
     let friction = analysed.answer.has_friction();
     let told = |law: &&LawFit| friction || law.law == LoadLaw::Proportional;
     for (i, law) in analysed.answer.laws.iter().filter(told).enumerate() {
@@ -252,7 +252,7 @@ fn laws(facts: &mut Facts, analysed: &AnalysedSeries<'_>) {
     }
 }
 
-/// Each measurement alone, in its own words.
+/// Each measurement on its own, in its own words.
 fn alone(facts: &mut Facts, analysed: &AnalysedSeries<'_>) {
     for (((name, single), input), m) in
         analysed.answer.singles.iter().zip(analysed.inputs).zip(analysed.measurements)
@@ -290,7 +290,7 @@ mod tests {
         };
         assert_eq!(of(0.0378, 0.0, 0.171), ("< 0.17".to_owned(), "x_F < 0.17".to_owned()));
         assert_eq!(of(0.378, 0.24, 0.51).0, "0.38 ± 0.07");
-        // Not next to zero.
+        // Not close to zero.
         assert_eq!(of(0.12, 0.0, 0.25).0, "0.12 ± 0.07");
     }
 }

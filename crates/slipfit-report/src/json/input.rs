@@ -16,32 +16,32 @@ object! {
         rows: Rows<'a> = Rows::new(&analysed.reading.report),
         /// The table read, from 1.
         table: usize = analysed.reading.report.part,
-        /// Tables side by side.
+        /// Number of tables side by side.
         tables: usize = analysed.reading.report.parts,
         /// The run read, from 1.
         run: usize = analysed.reading.report.run,
-        /// Runs in groups of columns, or one after the other.
+        /// Number of runs, in groups of columns or one after the other.
         runs: usize = analysed.reading.report.runs,
         /// Where the times come from.
         time: Time<'a> = Time::new(analysed.reading.report.time.as_ref()),
         /// The signal.
         signal: Option<Taken<'a>> = analysed.reading.report.column("signal").map(Taken::new),
-        /// The Y output of a lock-in; null without.
+        /// The Y output of a lock-in; null without one.
         quadrature: Option<Taken<'a>> = analysed.reading.report.column("quadrature").map(Taken::new),
         /// What the signal is.
         #[cfg_attr(test, schemars(extend("enum" = KINDS)))]
         kind: &'static str = kind(analysed.reading.report.kind),
         /// Unit of the signal; empty if unknown.
         unit: &'a str = analysed.reading.record.unit(),
-        /// Samples of the record.
+        /// Number of samples of the record.
         samples: usize = analysed.reading.record.len(),
-        /// First and last instant of the record, s.
+        /// First and last time of the record, s.
         time_range_s: [f64; 2] = time_range(&analysed.reading.record),
-        /// First and last instant used, s.
+        /// First and last time used, s.
         time_range_used_s: [f64; 2] = [analysed.answer.segment.start_s, analysed.answer.segment.end_s],
         /// How the clock was cleaned.
         clock: Clock = Clock::new(&analysed.reading.record),
-        /// Whatever else a reader should know.
+        /// Other remarks for the reader.
         notes: Vec<String> = notes(&analysed.reading.report.notes),
     }
 }
@@ -53,13 +53,13 @@ object! {
         path: &'a str = &reading.report.path,
         #[serde(flatten)]
         rows: Rows<'a> = Rows::new(&reading.report),
-        /// Sheet, variable or group; empty where there is one only.
+        /// Sheet, variable or group; empty if there is only one.
         sheet: &'a str = &reading.report.sheet,
         /// The curve read, from 1.
         run: usize = reading.report.run,
-        /// Curves in groups of columns.
+        /// Number of curves in groups of columns.
         runs: usize = reading.report.runs,
-        /// The columns read, by what they are.
+        /// The columns read, keyed by their role.
         #[cfg_attr(test, schemars(with = "std::collections::BTreeMap<String, Taken<'_>>"))]
         taken: TakenByName<'a> = TakenByName(&reading.report.taken),
         /// What the response is.
@@ -67,7 +67,7 @@ object! {
         kind: &'static str = kind(reading.report.kind),
         /// Unit of the amplitudes.
         unit: &'a str = reading.curve.unit(),
-        /// Points of the curve.
+        /// Number of points of the curve.
         points: usize = reading.curve.len(),
         /// Whether it has phases.
         has_phase: bool = reading.curve.is_complex(),
@@ -77,21 +77,21 @@ object! {
         sweeps: Vec<Sweep> = reading.curve.runs().iter().map(Sweep::new).collect(),
         /// Driven records demodulated to points; empty for a curve.
         records: Vec<Demodulated<'a>> = reading.report.records.iter().map(Demodulated::new).collect(),
-        /// Files of a folder that were no driven record.
+        /// Files of a folder that were not driven records.
         files_left_out: usize = reading.report.files_left_out,
-        /// Whatever else a reader should know.
+        /// Other remarks for the reader.
         notes: Vec<String> = notes(&reading.report.notes),
     }
 }
 
 object! {
-    /// A part of a curve measured one way.
+    /// A part of a curve measured in one direction.
     struct Sweep of run: &slipfit::resonance::Run {
         /// Index of its first point.
         first: usize = run.first,
-        /// Its points.
+        /// Number of its points.
         points: usize = run.points,
-        /// Which way the frequency went.
+        /// Direction in which the frequency moved.
         direction: RunDirection = run.direction,
     }
 }
@@ -103,27 +103,27 @@ object! {
         path: &'a str = &run.path,
         /// SHA-256 of its bytes.
         sha256: &'a str = &run.sha256,
-        /// Its samples.
+        /// Number of its samples.
         samples: usize = run.samples,
         /// Frequency of the drive.
         frequency_hz: &'a Quantity = &run.steady.frequency_hz,
         /// Amplitude of the fundamental.
         amplitude: &'a Quantity = &run.steady.amplitude,
-        /// Its phase against the drive; null without a recorded drive.
+        /// Its phase relative to the drive; null without a recorded drive.
         phase_rad: Option<&'a Quantity> = run.steady.phase_rad.as_ref(),
-        /// Amplitude of the drive; null where it was not recorded.
+        /// Amplitude of the drive; null if it was not recorded.
         drive_amplitude: Option<&'a Quantity> = run.steady.drive_amplitude.as_ref(),
-        /// How far the frequency wandered, root mean square.
+        /// Root-mean-square wander of the frequency.
         frequency_wander_hz: f64 = run.steady.frequency_wander_hz,
         /// Length of the transient left out.
         transient_s: f64 = run.steady.transient_s,
         /// Beginning and end of the part used.
         time_range_used_s: [f64; 2] = [run.steady.start_s, run.steady.end_s],
-        /// Cycles in it.
+        /// Number of cycles in it.
         cycles: f64 = run.steady.cycles,
         /// Whether amplitude and phase had settled.
         settled: bool = run.steady.settled,
-        /// What fundamental, harmonics, offset and drift leave.
+        /// Root mean square of the residuals after fundamental, harmonics, offset and drift.
         residual_rms: f64 = run.steady.residual_rms,
     }
 }
@@ -135,14 +135,14 @@ object! {
         path: &'a str = &analysed.reading.report.path,
         #[serde(flatten)]
         rows: Rows<'a> = Rows::new(&analysed.reading.report),
-        /// The columns read, by what they are.
+        /// The columns read, keyed by their role.
         #[cfg_attr(test, schemars(with = "std::collections::BTreeMap<String, Taken<'_>>"))]
         taken: TakenByName<'a> = TakenByName(&analysed.reading.report.taken),
         /// Unit of the amplitudes.
         unit: &'a str = &analysed.answer.unit,
         /// Unit of the drive levels.
         drive_unit: &'a str = &analysed.answer.drive_unit,
-        /// Whatever else a reader should know.
+        /// Other remarks for the reader.
         notes: Vec<String> = notes(&analysed.reading.report.notes),
     }
 }
@@ -157,7 +157,7 @@ fn ends(values: &[f64]) -> [f64; 2] {
     [all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max)]
 }
 
-/// Remarks, with options by their names.
+/// Remarks, with options under their own names.
 fn notes(notes: &[Note]) -> Vec<String> {
     notes.iter().map(ToString::to_string).collect()
 }
@@ -168,11 +168,11 @@ object! {
         /// SHA-256 of its bytes.
         #[cfg_attr(test, schemars(extend("pattern" = "^[0-9a-f]{64}$")))]
         sha256: &'a str = &report.sha256,
-        /// Its length.
+        /// Number of bytes.
         bytes: u64 = report.bytes,
         /// Rows read as samples, points, levels or records.
         rows_read: u64 = report.rows_read,
-        /// Rows that gave none.
+        /// Rows that gave none of these.
         rows_skipped: u64 = report.rows_skipped(),
         /// The skipped rows, by reason.
         skipped: Vec<Skipped<'a>> = report.skipped.iter().map(Skipped::new).collect(),
@@ -186,7 +186,7 @@ object! {
     struct Skipped<'a> of skipped: &'a slipfit_io::Skipped {
         /// The reason.
         reason: &'a str = &skipped.reason,
-        /// How many rows.
+        /// Number of rows.
         rows: u64 = skipped.rows,
         /// Line of the file where it first happened, from 1.
         first_row: u64 = skipped.first_row,
@@ -196,7 +196,7 @@ object! {
 object! {
     /// A column of the file.
     struct Column<'a> of column: &'a ColumnInfo {
-        /// From 1.
+        /// Its number, from 1.
         number: usize = column.number,
         /// Its header; empty without one.
         header: &'a str = &column.header,
@@ -208,18 +208,18 @@ object! {
 object! {
     /// A column that was read.
     struct Taken<'a> of taken: &'a ColumnTaken {
-        /// From 1.
+        /// Its number, from 1.
         number: usize = taken.column.number,
         /// Its header.
         header: &'a str = &taken.column.header,
-        /// Unit its numbers were taken to have; empty if unknown.
+        /// Unit assumed for its numbers; empty if unknown.
         unit: &'a str = &taken.unit,
-        /// Why this column.
+        /// Why this column was chosen.
         why: &'a str = &taken.why,
     }
 }
 
-/// Columns that were read, by what they are.
+/// Columns that were read, keyed by their role.
 struct TakenByName<'a>(&'a [(&'static str, ColumnTaken)]);
 
 impl Serialize for TakenByName<'_> {
@@ -232,7 +232,7 @@ impl Serialize for TakenByName<'_> {
 #[derive(Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 struct Time<'a> {
-    /// `column`, `intervals` (times since the sample before) or `rate`.
+    /// `column`, `intervals` (times since the previous sample) or `rate`.
     #[cfg_attr(test, schemars(extend("enum" = ["column", "intervals", "rate", "other"])))]
     source: &'static str,
     /// The column; null for a rate.
@@ -258,36 +258,37 @@ object! {
     struct Clock of record: &Record {
         /// Whether the samples are evenly spaced.
         uniform: bool = record.clock().is_uniform(),
-        /// Usual time between samples.
+        /// Median time between samples.
         median_step_s: f64 = record.clock_report().median_step_s,
-        /// Spread of the steps relative to it.
+        /// Spread of the steps relative to their median.
         step_spread: f64 = record.clock_report().step_spread,
         /// Rows left out because a number is missing.
         nonfinite_rows: usize = record.clock_report().nonfinite(),
-        /// Stamps that occur more than once.
+        /// Number of time stamps that occur more than once.
         repeated_stamps: usize = record.clock_report().repeated_stamps,
-        /// Rows put in order.
+        /// Number of rows sorted into order.
         reordered_rows: usize = record.clock_report().reordered,
-        /// Rows left out because of a corrupt stamp.
+        /// Rows left out because of a corrupt time stamp.
         corrupt_stamps: usize = record.clock_report().corrupt_stamps,
-        /// Times at which a counter began again at zero while the motion went on, and was counted on.
+        /// Number of times that a counter restarted at zero while the motion went on, and was unwrapped.
         wraps: usize = record.clock_report().wraps,
-        /// Length after which it does; null where it did not.
+        /// Period of that counter; null if it did not wrap.
         wrap_period_s: Option<f64> = record.clock_report().wrap_period_s,
-        /// Times at which the clock began anew.
+        /// Number of times that the clock started anew.
         resets: usize = record.clock_report().resets,
-        /// Rows of other runs left out.
+        /// Rows of other runs that were left out.
         other_run_rows: usize = record.clock_report().other_run_rows,
-        /// Gaps.
+        /// Number of gaps.
         gaps: usize = record.clock_report().gaps,
-        /// The longest one; null without.
+        /// The longest gap; null if there is none.
         longest_gap_s: Option<f64> = record.clock_report().longest_gap.map(|g| g.length_s),
-        /// Rounding of the stamps from which a uniform clock was rebuilt; null where it was not.
+        /// Rounding of the time stamps from which a uniform clock was rebuilt; null if none was rebuilt.
         rebuilt_quantum_s: Option<f64> = record.clock_report().rebuilt_quantum_s,
-        /// Half of the width of the rates that the stamps of a rebuilt clock leave, over the rate; 0 where none was.
+        /// Half width of the range of rates compatible with the stamps of a rebuilt clock, relative to the rate;
+        /// 0 if no clock was rebuilt.
         rebuilt_rate_error: f64 = record.clock_report().rebuilt_rate_error,
-        /// Usual number of samples under one stamp, whose times were put evenly between the stamps; null where each has
-        /// its own.
+        /// Usual number of samples that share one time stamp and were spread evenly between the stamps; null if
+        /// each sample has its own.
         burst_samples: Option<usize> = record.clock_report().burst_samples,
     }
 }

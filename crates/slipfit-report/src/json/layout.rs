@@ -5,9 +5,9 @@ use serde::Serialize;
 use serde_json::ser::{Formatter, PrettyFormatter, Serializer};
 use std::io::{self, Write};
 
-/// Writes `value` as JSON for both eyes and machines, with a line end.
+/// Writes `value` as JSON for both people and machines, with a line end.
 ///
-/// Numbers that are not finite become `null`, which JSON has and NaN it has not.
+/// Numbers that are not finite become `null`, because JSON has no NaN.
 pub(super) fn write<T: Serialize>(out: &mut dyn Write, value: &T) -> io::Result<()> {
     let mut serializer = Serializer::with_formatter(&mut *out, Layout(PrettyFormatter::new()));
     value.serialize(&mut serializer)?;

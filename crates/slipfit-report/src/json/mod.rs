@@ -1,7 +1,7 @@
 //! The JSON answer: docs/json.md; schemas in docs/schema.
 //!
-//! An answer serialises as it is (feature `serde` of the core); around it stand the version of the
-//! contract, what was read, what was asked, and the answer in a sentence.
+//! An answer is serialised as it is (feature `serde` of the core). It is wrapped in an envelope with the version
+//! of the contract, what was read, which options were used, and the answer in a sentence.
 
 mod input;
 mod layout;
@@ -25,12 +25,12 @@ use std::io::{self, Write};
 /// Version of the program.
 const VERSION: &str = env!("CARGO_PKG_VERSION");
 
-/// What stands around an answer.
+/// Envelope around an answer.
 #[derive(Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 struct Envelope<'a, I, O, A> {
-    /// Name and version of this contract: the number grows when a key changes its meaning or
-    /// vanishes; new keys may come at any time.
+    /// Name and version of this contract. The version increases when a key changes its meaning or is removed; new
+    /// keys may be added at any time.
     schema: &'static str,
     /// Version of the program.
     version: &'static str,
@@ -38,7 +38,7 @@ struct Envelope<'a, I, O, A> {
     command: &'static str,
     #[serde(flatten)]
     read: I,
-    /// What the person fixed; null was left to the analysis.
+    /// Options fixed by the user; null was left to the analysis.
     options: O,
     /// The answer in words.
     sentence: String,
@@ -60,7 +60,7 @@ struct OneFile<I> {
 struct CurveFiles<'a> {
     /// The curve and how it was read.
     input: CurveInput<'a>,
-    /// The friction-free reference and how it was read; null without one.
+    /// The friction-free reference and how it was read; null if there is none.
     reference_input: Option<CurveInput<'a>>,
 }
 

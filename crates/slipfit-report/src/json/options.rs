@@ -1,4 +1,4 @@
-//! What the person fixed, for the JSON answer; null was left to the analysis.
+//! Options fixed by the user, for the JSON answer; null was left to the analysis.
 
 use super::object::object;
 use serde::Serialize;
@@ -9,21 +9,21 @@ use slipfit::{Calibration, LossModel, levels, resonance, ringdown};
 object! {
     /// Options of a ring-down.
     pub(super) struct RecordOptions of options: &ringdown::Options {
-        /// First instant to use.
+        /// First time to use.
         start_s: Option<f64> = options.start_s,
-        /// Last instant to use.
+        /// Last time to use.
         end_s: Option<f64> = options.end_s,
-        /// Amplitude below which nothing is used, unit of the signal.
+        /// Amplitude below which the record is not used, in the unit of the signal.
         min_amplitude: Option<f64> = options.min_amplitude,
         /// Lowest and highest frequency to use.
         band_hz: Option<[f64; 2]> = options.band_hz,
         /// Loss model to report.
         model: Option<LossModel> = options.model,
-        /// The law without a model that is drawn as well.
+        /// Model-free loss law drawn in addition.
         law: Option<LawOption> = options.law,
-        /// Time constant of the low-pass of the lock-in.
+        /// Time constant of the lock-in's low-pass filter.
         lockin_time_constant_s: Option<f64> = options.lockin.map(|l| l.time_constant_s),
-        /// Order of that low-pass.
+        /// Order of that filter.
         lockin_order: Option<u32> = options.lockin.map(|l| l.order),
         /// Frequency of the oscillation.
         frequency_hz: Option<f64> = options.frequency_hz,
@@ -41,19 +41,19 @@ object! {
         method: Method = options.method,
         /// Loss model to report.
         model: Option<LossModel> = options.model,
-        /// The drive amplitude as known from elsewhere.
+        /// The drive amplitude, if it is known independently.
         drive_amplitude: Option<DriveAmplitude> = options.drive_amplitude.map(DriveAmplitude::new),
         /// Whether a complex background is fitted.
         background: Option<bool> = options.terms.background,
         /// Whether a delay is fitted.
         delay: Option<bool> = options.terms.delay,
-        /// Whether a constant in every amplitude is fitted.
+        /// Whether a constant offset of every amplitude is fitted.
         amplitude_offset: Option<bool> = options.terms.amplitude_offset,
-        /// Whether a noise floor that adds in squares is fitted.
+        /// Whether a noise floor added in quadrature is fitted.
         noise_floor: Option<bool> = options.terms.noise_floor,
         /// Whether a phase offset is fitted.
         phase_offset: Option<bool> = options.terms.phase_offset,
-        /// Whether a frequency that depends on the amplitude is fitted.
+        /// Whether an amplitude-dependent frequency is fitted.
         duffing: Option<bool> = options.terms.duffing,
         /// The constant that turns displacements into forces.
         calibration: Option<Constant> = options.calibration.and_then(Constant::new),
@@ -61,11 +61,11 @@ object! {
 }
 
 object! {
-    /// The drive amplitude as known from elsewhere.
+    /// The drive amplitude, if it is known independently.
     struct DriveAmplitude of drive: resonance::DriveAmplitude {
         /// Its value.
         value: f64 = drive.value,
-        /// Its standard error; zero when exact.
+        /// Its standard error; zero if exact.
         std_error: f64 = drive.std_error,
     }
 }
@@ -75,7 +75,7 @@ object! {
     pub(super) struct LevelsOptions of options: &levels::Options {
         /// Frequency of the oscillation.
         frequency_hz: Option<f64> = options.frequency_hz,
-        /// Drive amplitude for one unit of the drive level, and its standard error.
+        /// Drive amplitude per unit of the drive level, and its standard error.
         drive_gain: Option<[f64; 2]> = options.drive_gain,
         /// Quality factor of the viscous loss, and its standard error.
         q_factor: Option<[f64; 2]> = options.q_factor,
@@ -93,7 +93,7 @@ pub(super) struct Constant {
     kind: &'static str,
     /// Its value.
     value: f64,
-    /// Its standard error; zero when exact.
+    /// Its standard error; zero if exact.
     std_error: f64,
 }
 

@@ -1,4 +1,4 @@
-//! The schemas of docs/schema are those of the types.
+//! Checks that the schemas of docs/schema are those of the types.
 
 use super::series::SeriesEnvelope;
 use super::{CurveEnvelope, LevelsEnvelope, RingdownEnvelope, SimulatedRecord};
@@ -20,7 +20,7 @@ fn schema<T: JsonSchema>(command: &str, units: &str) -> Value {
     schema
 }
 
-/// The schema of a type, under the name of its contract.
+/// The schema of a type, with the identifier of its contract.
 fn contract<T: JsonSchema>(command: &str) -> Value {
     let generator = SchemaSettings::draft2020_12().for_serialize().into_generator();
     let mut schema = generator.into_root_schema_for::<T>().to_value();
@@ -31,14 +31,14 @@ fn contract<T: JsonSchema>(command: &str) -> Value {
     schema
 }
 
-/// A key that has one value.
+/// Restricts a key to one value.
 fn constant(schema: &mut Value, key: &str, value: &str) {
     let property = &mut schema["properties"][key];
     *property = json!({ "description": property["description"], "const": value });
 }
 
-/// A schema of what is written: null for a number that is not finite, descriptions without the marks
-/// and line ends of the code.
+/// Adapts a schema to what is written: null for a number that is not finite, descriptions without the link
+/// brackets and line ends of the source.
 fn as_written(schema: &mut Value) {
     match schema {
         Value::Object(map) => {

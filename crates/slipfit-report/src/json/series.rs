@@ -1,4 +1,4 @@
-//! The answer to a series, each measurement alone included.
+//! The answer to a series, including each measurement on its own.
 
 use super::options::Constant;
 use super::{VERSION, write};
@@ -31,7 +31,7 @@ pub(super) struct SeriesEnvelope<'a> {
     condition: &'a str,
     /// Unit of their values; empty if unknown.
     condition_unit: &'a str,
-    /// Unit displacements were turned into.
+    /// Unit to which displacements were converted.
     unit: &'a str,
     /// Parameters shared by all measurements.
     shared: Vec<&'static str>,
@@ -41,13 +41,13 @@ pub(super) struct SeriesEnvelope<'a> {
     sentence: String,
     /// One row for each condition: Table 1 of the paper.
     table: &'a [ConditionRow],
-    /// p value that ring-down and resonance agree at every condition.
+    /// p value of the agreement of ring-down and resonance at every condition.
     agreement_p_value: Option<f64>,
-    /// How repeats scatter beyond their errors; null where they do not.
+    /// Scatter of repeated measurements beyond their errors; null if there is none.
     scatter: Option<RepeatScatter>,
-    /// The joint fit; null where there is none.
+    /// The joint fit; null if there is none.
     joint: Option<&'a Joint>,
-    /// Friction against load, best first; empty without numeric conditions.
+    /// Laws of friction against load, best first; empty without numeric conditions.
     laws: &'a [LawFit],
     /// Each measurement alone, in the order of the manifest.
     measurements: Vec<Alone<'a>>,
@@ -86,7 +86,7 @@ impl<'a> SeriesEnvelope<'a> {
     }
 }
 
-/// A measurement of a series alone.
+/// One measurement of a series on its own.
 #[derive(Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 struct Alone<'a> {
@@ -103,9 +103,9 @@ struct Alone<'a> {
     sha256: &'a str,
     /// Unit of the file.
     unit: &'a str,
-    /// Factor to the unit of the series.
+    /// Factor that converts it to the unit of the series.
     scale: f64,
-    /// Why it could not be analysed; null where it could.
+    /// Why it could not be analysed; null if it was.
     error: Option<String>,
     /// Its answer in words; empty without one.
     sentence: String,
@@ -113,7 +113,7 @@ struct Alone<'a> {
     parameters: Parameters,
     /// What limits its answer.
     warnings: &'a [Warning],
-    /// Whatever else a reader should know.
+    /// Other remarks for the reader.
     notes: &'a [String],
 }
 

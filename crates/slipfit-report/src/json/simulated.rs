@@ -4,7 +4,7 @@ use super::VERSION;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// A simulated record: every parameter it was made with, and its columns.
+/// A simulated record: all parameters of the simulation, and its columns.
 #[derive(Debug, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema), schemars(deny_unknown_fields))]
 pub struct SimulatedRecord<'a> {
@@ -20,10 +20,10 @@ pub struct SimulatedRecord<'a> {
     command: String,
     /// What the record is, in words.
     title: &'a str,
-    /// What it was made with, by name, in SI or the unit named.
+    /// Parameters of the simulation, by name, in SI or the unit named.
     #[cfg_attr(test, schemars(extend("minProperties" = 1)))]
     parameters: BTreeMap<&'a str, SimulatedParameter<'a>>,
-    /// Length of every column.
+    /// Number of rows of every column.
     rows: usize,
     /// The numbers.
     #[cfg_attr(test, schemars(length(min = 2, max = 3)))]
@@ -39,12 +39,12 @@ pub enum SimulatedParameter<'a> {
     Number {
         /// Infinite values, such as a quality factor without viscous damping, are null.
         value: f64,
-        /// Its unit; empty where the name carries it.
+        /// Its unit; empty if the name contains it.
         unit: &'a str,
     },
-    /// What is not a number.
+    /// A parameter that is not a number.
     Text {
-        /// In words.
+        /// Its value in words.
         text: &'a str,
     },
 }
@@ -53,12 +53,12 @@ pub enum SimulatedParameter<'a> {
 #[derive(Debug, Clone, Serialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema), schemars(deny_unknown_fields))]
 pub struct SimulatedColumn<'a> {
-    /// What it holds.
+    /// Name of the quantity.
     #[cfg_attr(test, schemars(extend("enum" = COLUMNS)))]
     pub name: &'a str,
     /// Unit of its values.
     pub unit: &'a str,
-    /// The values, by row; the phase of a mass at rest is null.
+    /// The values, row by row; the phase of a mass at rest is null.
     pub values: Vec<f64>,
 }
 
@@ -69,7 +69,7 @@ const COLUMNS: [&str; 7] =
     ["time", "displacement", "amplitude", "turning point", "frequency", "drive amplitude", "phase"];
 
 impl<'a> SimulatedRecord<'a> {
-    /// What `slipfit simulate <command>` made.
+    /// The record made by `slipfit simulate <command>`.
     ///
     /// - `title`: what the record is, in words
     /// - `parameters`: names and values

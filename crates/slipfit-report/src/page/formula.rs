@@ -1,9 +1,9 @@
-//! Formulas written as one types them, `|X_{n+1}| = e^{−δT} |X_n|`, for a page.
+//! Formulas in plain-text notation, `|X_{n+1}| = e^{−δT} |X_n|`, converted for a page.
 
 use crate::escape::html as escape;
 
-/// HTML of a formula: `_` and `^` lower and raise the next sign or `{group}`, single Latin
-/// letters lean, names of functions do not.
+/// HTML of a formula: `_` and `^` lower and raise the next character or `{group}`; single Latin letters are
+/// italic, names of functions are upright.
 pub(super) fn html(formula: &str) -> String {
     let mut out = String::new();
     let mut rest = formula;
@@ -48,7 +48,7 @@ pub(super) fn text(sentence: &str) -> String {
     out
 }
 
-/// What `_` and `^` act on, and what follows it.
+/// The argument of `_` or `^`, and the text after it.
 fn group(text: &str) -> (&str, &str) {
     if let Some(inside) = text.strip_prefix('{')
         && let Some(end) = inside.find('}')
@@ -59,7 +59,7 @@ fn group(text: &str) -> (&str, &str) {
     text.split_at(end)
 }
 
-/// Upright words among leaning letters.
+/// Sets letters in italics and known words upright.
 fn letters(word: &str) -> String {
     const UPRIGHT: [&str; 17] = [
         "sgn",

@@ -1,4 +1,4 @@
-//! One page that needs nothing beside itself: no network, no fonts, no script to be read.
+//! A self-contained page: it needs no network, no fonts, and no script to be read.
 
 use super::{formula, symbol};
 use crate::Provenance;
@@ -10,10 +10,10 @@ use std::fmt::Write as _;
 const STYLE: &str = include_str!("style.css");
 const SCRIPT: &str = include_str!("script.js");
 
-/// What a browser is allowed to do with the page: nothing but show it.
+/// Content security policy: the browser may only show the page.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'";
 
-/// The page. It is well-formed XML as well, so that other programs can take it apart.
+/// The page. It is well-formed XML as well, so that other programs can parse it.
 pub fn html(document: &Document<'_>, provenance: &Provenance) -> String {
     let subject = escape(&document.subject);
     let version = escape(&provenance.version);
@@ -67,8 +67,8 @@ pub fn html(document: &Document<'_>, provenance: &Provenance) -> String {
     page
 }
 
-/// The answer, its warnings, parameters and tables as an element to be put into a page of another
-/// program, such as a notebook, which gives it its style.
+/// The answer, its warnings, parameters and tables as an element to embed in a page of another program, such as a
+/// notebook, which provides the style.
 pub fn fragment(document: &Document<'_>) -> String {
     let mut part = format!("<div class=\"slipfit\">\n<p><b>{}</b></p>\n", escape(&document.sentence));
     if !document.warnings.is_empty() {
@@ -189,7 +189,7 @@ mod tests {
         by_hand(change, |analysed| html(&Document::ringdown(analysed, &crate::example::spell), &provenance))
     }
 
-    /// Whether it is well-formed, which every browser then reads alike.
+    /// Whether the page is well-formed XML, which every browser parses alike.
     fn whole(page: &str) -> bool {
         let mut reader = quick_xml::Reader::from_str(page);
         loop {
@@ -259,7 +259,7 @@ mod tests {
 
     #[test]
     fn a_page_without_a_script_lacks_nothing_but_haste() {
-        // Every value the script shows under the pointer is in the page for eyes without it.
+        // Every value that the script shows under the pointer is also in the page as text.
         let page = page(|_| ());
         let with_values = page.matches("<title>time ").count() + page.matches("<title>amplitude ").count();
         assert!(with_values > 30, "{with_values}");

@@ -1,4 +1,4 @@
-//! Tables in LaTeX, which need no package.
+//! Tables in LaTeX that need no package.
 
 use super::symbol;
 use crate::Provenance;
@@ -6,7 +6,7 @@ use crate::document::{Document, Table};
 use crate::escape::{comment, latex as escaped};
 use std::fmt::Write as _;
 
-/// Parameters and models, the sentence and the warnings as comments.
+/// Tables of parameters and models, with the sentence and the warnings as comments.
 pub fn latex(document: &Document<'_>, provenance: &Provenance) -> String {
     let mut text = format!("% {}: {}\n", comment(&document.subject), comment(&document.sentence));
     for warning in &document.warnings {
@@ -68,7 +68,7 @@ fn one(table: &Table) -> String {
     text
 }
 
-/// `0.1 to 0.2` with its numbers in mathematics.
+/// `0.1 to 0.2` with its numbers in math mode.
 fn range(text: &str) -> String {
     match text.split_once(" to ") {
         Some((low, high)) => format!("{} to {}", number(low), number(high)),
@@ -76,7 +76,7 @@ fn range(text: &str) -> String {
     }
 }
 
-/// A number in mathematics, anything else as text.
+/// A number in math mode, anything else as text.
 fn number(text: &str) -> String {
     if let Some((value, error)) = text.split_once(" ± ") {
         return format!("${} \\pm {}$", bare(value), bare(error));

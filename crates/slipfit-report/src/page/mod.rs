@@ -1,4 +1,4 @@
-//! A report to hand in, as one page of HTML, as tables of Markdown or of LaTeX.
+//! A report to hand in, as one HTML page, or as tables in Markdown or LaTeX.
 
 mod formula;
 mod html;

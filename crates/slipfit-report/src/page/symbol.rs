@@ -1,11 +1,11 @@
-//! Symbols such as `x_F`, `δ`, `f₀` and units such as `µrad`, in each format's own spelling.
+//! Symbols such as `x_F`, `δ`, `f₀` and units such as `µrad`, in the notation of each format.
 
 use crate::escape::html as escape;
 
-/// Greek letters of symbols, and their commands in LaTeX.
+/// Greek letters used in symbols, and their commands in LaTeX.
 const GREEK: [(&str, &str); 4] = [("δ", r"\delta"), ("γ", r"\gamma"), ("τ", r"\tau"), ("β", r"\beta")];
 
-/// Letter and index of a symbol: `x_F` and `x₀` have one.
+/// Letter and index of a symbol such as `x_F` or `x₀`.
 fn parts(symbol: &str) -> (String, String) {
     let digit = |c: char| ('₀'..='₉').contains(&c).then(|| char::from(b'0' + (c as u32 - '₀' as u32) as u8));
     if let Some((letter, index)) = symbol.split_once('_') {
@@ -15,8 +15,8 @@ fn parts(symbol: &str) -> (String, String) {
     (letter, symbol.chars().filter_map(digit).collect())
 }
 
-/// Whether a text is a symbol, alone or over another: `δ`, `x_F`, `R/x₀`, not `rms`. A heading may be
-/// anybody's words: what has a sign in it that a format reads as markup is no symbol.
+/// Whether a text is a symbol, alone or in a ratio: `δ`, `x_F`, `R/x₀`, not `rms`. A heading may be foreign text,
+/// so text with a character that a format reads as mark-up is not a symbol.
 fn is_symbol(text: &str) -> bool {
     let letter = |c: char| c.is_ascii_alphabetic() || GREEK.iter().any(|(greek, _)| greek.starts_with(c));
     let one = |part: &str| {
@@ -62,7 +62,7 @@ pub(super) fn latex(symbol: &str) -> String {
     format!("${}$", symbol.split('/').map(one).collect::<Vec<_>>().join("/"))
 }
 
-/// A heading such as `x_F [mrad]`, its symbol spelled by `symbol` and the rest by `text`.
+/// A heading such as `x_F [mrad]`, its symbol formatted by `symbol` and the rest by `text`.
 pub(super) fn heading(
     heading: &str,
     symbol: impl Fn(&str) -> String,

@@ -1,15 +1,15 @@
-//! From numbers to places: ranges, ticks, labels.
+//! Axes: ranges, ticks, labels, and the position of a value.
 
-/// One axis: its range in shown units, and how it reads.
+/// One axis: its range in displayed units, and its label.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Axis {
     pub(super) low: f64,
     pub(super) high: f64,
     pub(super) log: bool,
     pub(super) label: String,
-    /// Instead of numbers, names at 1, 2, 3, …
+    /// Names at 1, 2, 3, … in place of numbers.
     pub(super) names: Vec<String>,
-    /// Numbers are written all the same.
+    /// Ticks are labelled with numbers although there are names.
     pub(super) hidden: bool,
 }
 
@@ -21,7 +21,7 @@ pub(super) struct Tick {
 }
 
 impl Axis {
-    /// A linear axis; an empty or unusable range becomes a usable one.
+    /// A linear axis; an empty or non-finite range is replaced by a usable one.
     pub(super) fn linear(low: f64, high: f64, label: impl Into<String>) -> Self {
         let (low, high) = if low.is_finite() && high.is_finite() && high > low {
             (low, high)
@@ -33,7 +33,7 @@ impl Axis {
         Self { low, high, log: false, label: label.into(), names: Vec::new(), hidden: false }
     }
 
-    /// A logarithmic axis; `low` and `high` above zero, else a decade about one.
+    /// A logarithmic axis; unless `low` and `high` are above zero and in order, a decade around one.
     pub(super) fn log(low: f64, high: f64, label: impl Into<String>) -> Self {
         let usable = low > 0.0 && high > low && high.is_finite();
         let (low, high) = if usable { (low, high) } else { (0.3, 3.0) };
@@ -46,12 +46,12 @@ impl Axis {
         Self { low: 0.5, high: high.max(1.5), log: false, label: label.into(), names, hidden: false }
     }
 
-    /// Names at 1, 2, 3, … that stand in the values of the dots only: there may be many, and long ones.
+    /// Names at 1, 2, 3, … that appear only in the values of the dots, because they may be many and long.
     pub(super) fn numbered(names: Vec<String>, label: impl Into<String>) -> Self {
         Self { hidden: true, ..Self::named(names, label) }
     }
 
-    /// Place of a value, 0 at the low end and 1 at the high end; `None` where it has none.
+    /// Position of a value, 0 at the low end and 1 at the high end; `None` if it has none.
     pub(super) fn place(&self, value: f64) -> Option<f64> {
         let place = if self.log {
             (value / self.low).ln() / (self.high / self.low).ln()
@@ -61,8 +61,8 @@ impl Axis {
         place.is_finite().then_some(place)
     }
 
-    /// A value in words, as finely as the axis can show: `amplitude 12.3 mrad`; `error` goes
-    /// between number and unit.
+    /// A value in words, to the resolution of the axis: `amplitude 12.3 mrad`; `error` goes between number and
+    /// unit.
     pub(super) fn tell(&self, value: f64, error: &str) -> String {
         let (name, unit) = match self.label.rsplit_once(" [") {
             Some((name, unit)) => (name, unit.trim_end_matches(']')),
@@ -78,7 +78,7 @@ impl Axis {
                 minus(format!("{value:.decimals$}"))
             }
         };
-        // An operator before the number would read as a sign of it.
+        // An operator before the number would look like its sign.
         let name = if name.contains(['−', '/']) { format!("{name}:") } else { name.to_owned() };
         format!("{name} {number}{error} {unit}").trim().to_owned()
     }
@@ -107,7 +107,7 @@ impl Axis {
             .map(|i| (first + i as f64) * step)
             .take_while(|v| *v <= self.high + 1e-6 * step)
             .map(|value| {
-                // -0 is 0.
+                // -0 becomes 0.
                 let value = if value.abs() < 1e-9 * step { 0.0 } else { value };
                 Tick { value, label: minus(format!("{value:.decimals$}")) }
             })
@@ -124,7 +124,7 @@ impl Axis {
         };
         let (first, last) = (self.low.log10().floor() as i32, self.high.log10().ceil() as i32);
         let stride = ((last - first) / 8).max(1) as usize;
-        // Powers of ten are told apart by their exponents, not by counting zeros.
+        // Powers of ten are written with exponents, so that no zeros have to be counted.
         let powers = mantissas.len() == 1 && (self.high >= 9e3 || self.low <= 1.1e-4);
         (first..=last)
             .step_by(stride)
@@ -156,7 +156,7 @@ fn power_of_ten(exponent: i32) -> String {
     }
 }
 
-/// With the minus sign of typography, which is as wide as a plus.
+/// With the typographic minus sign, which is as wide as a plus sign.
 pub(super) fn minus(text: String) -> String {
     match text.strip_prefix('-') {
         Some(rest) => format!("\u{2212}{rest}"),

@@ -10,21 +10,21 @@ const MARGIN: f64 = 10.0;
 
 /// One set of axes with its curves.
 pub struct Chart {
-    /// Name of its file, without ending.
+    /// Name of its file, without extension.
     pub file: &'static str,
-    /// Above the axes.
+    /// Title above the axes.
     pub title: String,
-    /// Across.
+    /// Horizontal axis.
     pub x: Scaled,
-    /// Upwards.
+    /// Vertical axis.
     pub y: Scaled,
-    /// From the lowest layer to the topmost.
+    /// Curves from the lowest layer to the topmost.
     pub series: Vec<Series>,
 }
 
 /// An axis: its label with the unit, its range, linear or logarithmic.
 pub struct Scaled {
-    /// Such as `ω/ω₀` or `amplitude [nm]`.
+    /// Label, such as `ω/ω₀` or `amplitude [nm]`.
     pub label: String,
     /// Values at its ends.
     pub range: [f64; 2],
@@ -51,9 +51,9 @@ impl Scaled {
 
 /// One curve.
 pub struct Series {
-    /// As in the table, and in the legend unless that names it otherwise.
+    /// Name in the table, and in the legend unless `legend` is set.
     pub name: String,
-    /// As in the legend where that is not its name; an empty one is not in it.
+    /// Name in the legend if it differs; an empty one leaves the curve out of the legend.
     pub legend: Option<&'static str>,
     /// Its points; those that are not finite are left out.
     pub points: Vec<Point>,
@@ -68,7 +68,7 @@ impl Series {
         Self { name: name.into(), legend: None, points, style }
     }
 
-    /// The same with another name in the legend; with an empty one it is not in it.
+    /// The same curve with another name in the legend; an empty name leaves it out.
     #[must_use]
     pub fn in_legend(self, name: &'static str) -> Self {
         Self { legend: Some(name), ..self }
@@ -86,11 +86,11 @@ pub enum SeriesStyle {
     Dashed(usize),
     /// Small dots.
     Dots(usize),
-    /// Open to the eye: dots large enough to stand on a curve.
+    /// Dots large enough to be visible on a curve.
     LargeDots(usize),
 }
 
-/// Okabe and Ito's palette, told apart by eyes of every kind.
+/// Okabe and Ito's colour-blind-safe palette.
 const PALETTE: [Color; 6] = [
     Color::new(0x00, 0x72, 0xb2),
     Color::new(0xd5, 0x5e, 0x00),

@@ -1,19 +1,19 @@
-//! The same pictures on a dark ground.
+//! The same pictures on a dark background.
 
 use super::figure::Color;
 use std::fmt::Write as _;
 
-/// Ground of a dark page, as its style sheet has it.
+/// Background of a dark page, as in its style sheet.
 #[cfg(test)]
 const GROUND: Color = Color::new(0x0f, 0x13, 0x18);
 
-/// Colours of pictures and what stands for them in the dark; all others serve on both.
+/// Colours of pictures and their replacements on dark pages; all others are used on both.
 const DARK: [(Color, Color); 13] = [
-    // Ink, grid and the ground of legends.
+    // Ink, grid and background of legends.
     (Color::new(0x22, 0x22, 0x22), Color::new(0xe3, 0xe6, 0xea)),
     (Color::new(0xe4, 0xe6, 0xe9), Color::new(0x2c, 0x33, 0x3b)),
     (Color::new(0xff, 0xff, 0xff), Color::new(0x0f, 0x13, 0x18)),
-    // Data, left out, points.
+    // Data, left-out data, points.
     (Color::new(0x8f, 0xb4, 0xd0), Color::new(0x4f, 0x7d, 0xa3)),
     (Color::new(0xcf, 0xd3, 0xd8), Color::new(0x4a, 0x52, 0x5b)),
     (Color::new(0x55, 0x5b, 0x63), Color::new(0xb4, 0xbc, 0xc6)),
@@ -27,8 +27,8 @@ const DARK: [(Color, Color); 13] = [
     (Color::new(0x8a, 0x92, 0x9c), Color::new(0x9a, 0xa4, 0xaf)),
 ];
 
-/// Style rules that turn the colours of inline pictures for a dark screen. Attributes of SVG
-/// yield to any rule.
+/// Style rules that convert the colours of inline pictures for a dark screen. Any style rule overrides attributes
+/// of SVG.
 pub fn dark_rules() -> String {
     let mut rules = String::from("@media screen and (prefers-color-scheme: dark) {\n");
     for (light, dark) in DARK {
@@ -78,7 +78,7 @@ mod tests {
                 for shape in super::super::ringdown::panels(analysed).iter().flat_map(|f| &f.shapes) {
                     let (color, least) = match shape {
                         Shape::Text { color, .. } => (*color, 7.0),
-                        // Dots left out are faint on purpose.
+                        // Left-out data are faint on purpose.
                         Shape::Dots { color, .. } if color.rgb != [0xcf, 0xd3, 0xd8] => (*color, 3.0),
                         _ => continue,
                     };

@@ -1,9 +1,9 @@
-//! Long records in as many points as the screen shows.
+//! Reduces long records to as many points as the screen shows.
 
 use super::figure::Point;
 
-/// As many points as draw the same picture on `columns` columns: within each,
-/// first, lowest, highest and last, in their order. Short records pass unchanged.
+/// Reduces points so that they draw the same picture on `columns` columns: the first, lowest, highest and last of
+/// each column, in their order. Short records are returned unchanged.
 ///
 /// ```
 /// let wave = (0..1000).map(|i| [f64::from(i), (0.1 * f64::from(i)).sin()]);
@@ -36,7 +36,7 @@ pub fn decimate(
 
 #[derive(Default)]
 struct Column {
-    /// First, lowest, highest, last, with their order.
+    /// First, lowest, highest and last point, with their order.
     extremes: Option<[(usize, Point); 4]>,
 }
 

@@ -39,7 +39,7 @@ impl Stroke {
     }
 }
 
-/// Which point of a text stands at its coordinates.
+/// Which point of a text lies at its coordinates.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Anchor {
     Start,
@@ -47,7 +47,7 @@ pub(super) enum Anchor {
     End,
 }
 
-/// Coordinates in units of which the picture is `width` by `height`, y downwards.
+/// Coordinates in the units of the picture's `width` and `height`, y downwards.
 pub(super) type Point = [f64; 2];
 
 #[derive(Debug, Clone, PartialEq)]
@@ -64,10 +64,10 @@ pub(super) enum Shape {
         points: Vec<Point>,
         radius: f32,
         color: Color,
-        /// What each stands for, to be shown where a picture can; empty or one a point.
+        /// Meaning of each dot, shown if the format allows it; empty, or one per point.
         notes: Vec<String>,
     },
-    /// `at` is on the base line; `upward` turns it by a quarter to the left.
+    /// `at` lies on the base line; `upward` turns the text by a quarter turn to the left.
     Text {
         at: Point,
         text: String,
@@ -78,7 +78,7 @@ pub(super) enum Shape {
     },
 }
 
-/// Where a set of axes lies, and the numbers it maps there.
+/// Position of a set of axes, and the values mapped to it.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Frame {
     pub(super) corner: Point,
@@ -87,14 +87,14 @@ pub(super) struct Frame {
     pub(super) y: Axis,
 }
 
-/// What shapes belong to, for a page that shows a part of the axes larger.
+/// What shapes belong to, for a page that zooms into a part of the axes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Layer {
     /// Grid and numbers along the axes.
     Ticks,
-    /// What lies inside the axes, at its numbers.
+    /// Contents of the axes, placed by their values.
     Data,
-    /// Titles, labels, legends: they stay where they are.
+    /// Titles, labels, legends: they stay in place.
     Words,
 }
 
@@ -103,11 +103,11 @@ pub(super) enum Layer {
 pub(super) struct Figure {
     pub(super) width: f64,
     pub(super) height: f64,
-    /// In words, for those who do not see it.
+    /// Description in words, for readers who cannot see the picture.
     pub(super) title: String,
     pub(super) shapes: Vec<Shape>,
     pub(super) frames: Vec<Frame>,
-    /// Where each layer begins among the shapes; what comes before the first is words.
+    /// Index of the first shape of each layer; shapes before the first layer are words.
     pub(super) layers: Vec<(usize, Layer)>,
 }
 
@@ -117,7 +117,7 @@ impl Figure {
         Self { width, height, title: String::new(), shapes, frames, layers }
     }
 
-    /// The shapes that follow are of this layer.
+    /// The shapes that follow belong to this layer.
     pub(super) fn begin(&mut self, layer: Layer) {
         if self.layers.last().is_none_or(|(_, last)| *last != layer) {
             self.layers.push((self.shapes.len(), layer));

@@ -1,4 +1,4 @@
-//! Answers of many files beside each other.
+//! Answers of many files side by side.
 
 use super::axis::Axis;
 use super::figure::{Color, Figure, Stroke};
@@ -12,7 +12,7 @@ const WARNED: Color = Color::new(0xd5, 0x5e, 0x00);
 /// With more files than this, bars are thin and dots small.
 const MANY: usize = 60;
 
-/// A value of one file, with its interval where there is one.
+/// A value of one file, with its interval if there is one.
 struct Entry {
     place: f64,
     warned: bool,
@@ -54,7 +54,7 @@ pub(super) fn figure(rows: &[Row]) -> Figure {
     headed(&title, &below, panels)
 }
 
-/// The unit most files have.
+/// The most frequent unit of the files.
 fn usual_unit(rows: &[Row]) -> &str {
     let answered = || rows.iter().filter(|r| r.status != Status::Failed).map(Row::friction_unit);
     answered().max_by_key(|unit| answered().filter(|u| u == unit).count()).unwrap_or("")
@@ -70,7 +70,7 @@ fn entries(rows: &[Row], name: &str, ends: &str, behind: &str, kept: impl Fn(&Ro
             warned: row.status == Status::Warned,
             value,
             low: low.unwrap_or(value),
-            // An interval open above ends beyond the axis.
+            // An interval without an upper end extends beyond the axis.
             high: high.unwrap_or(f64::MAX),
         })
     };
@@ -93,7 +93,7 @@ fn panel(rows: &[Row], title: &str, name: &str, unit: &str, entries: &[Entry]) -
     let high = entries.iter().map(|e| reach(e.high)).fold(0.0, f64::max);
     let least = entries.iter().map(|e| e.low).fold(f64::INFINITY, f64::min);
     let span = high - least;
-    // Far from zero the differences count, near it the zero.
+    // Far from zero the axis resolves the differences; near zero it includes zero.
     let (low, top) = if least > 0.0 && span < 0.5 * high {
         (least - 0.2 * span, high + 0.5 * span)
     } else {

@@ -1,10 +1,10 @@
-//! The one typeface, carried along so that a picture needs none installed.
+//! The typeface, embedded so that a picture needs no installed font.
 #![cfg_attr(not(feature = "png"), allow(dead_code, reason = "only PNG draws outlines"))]
 
 use ab_glyph::{Font as _, FontRef, OutlineCurve, Point, ScaleFont as _};
 use std::sync::LazyLock;
 
-/// DejaVu Sans, reduced to Latin, Greek, Cyrillic and mathematical signs; licence beside it.
+/// DejaVu Sans, reduced to Latin, Greek, Cyrillic and mathematical signs; its licence is in the same folder.
 static FONT: LazyLock<FontRef<'static>> = LazyLock::new(|| {
     FontRef::try_from_slice(include_bytes!("../../fonts/DejaVuSans-subset.ttf"))
         .expect("the typeface built in is a whole one: a test loads it")
@@ -58,7 +58,7 @@ pub(super) fn outline(text: &str, size: f32, mut draw: impl FnMut(Segment)) {
     }
 }
 
-/// The crate scales by the whole height of a line; type sizes are given in ems.
+/// The crate scales by the full height of a line; type sizes are given in ems.
 fn em(size: f32) -> f32 {
     size * FONT.height_unscaled() / FONT.units_per_em().unwrap_or(2048.0)
 }

@@ -10,7 +10,7 @@ const MARGIN: f64 = 10.0;
 const TITLE_SIZE: f32 = 18.0;
 const SUBTITLE_SIZE: f32 = 14.0;
 
-/// All panels, which are of one size, on one picture.
+/// All panels, which have the same size, in one picture.
 pub(super) fn headed(title: &str, subtitle: &str, panels: Vec<Figure>) -> Figure {
     let (wide, high) = panels.first().map_or((PANEL[0], PANEL[1]), |p| (p.width, p.height));
     let width = 2.0 * (wide + MARGIN);

@@ -10,14 +10,14 @@ const BAR: f64 = 130.0;
 /// Decades of the colour scale.
 const SCALE: [f64; 2] = [1e-5, 1.0];
 
-/// Where there is no value: grey, which the scale does not have.
+/// Colour of a missing value: grey, which is not part of the scale.
 pub(super) const NONE: Color = Color::new(205, 208, 212);
 
 /// A value for each cell of a grid; `None` where there is none.
 pub struct HeatMap {
-    /// Above the map.
+    /// Title above the map.
     pub title: String,
-    /// Row by row of `y`, within it along `x`.
+    /// Values row by row in `y`, along `x` within a row.
     pub values: Vec<Option<f64>>,
 }
 
@@ -70,7 +70,7 @@ fn scale(label: &str) -> Figure {
     figure
 }
 
-/// Borders halfway between neighbours.
+/// Cell edges halfway between neighbouring centres.
 fn edges(centres: &[f64], log: bool) -> Vec<f64> {
     let inner = |a: f64, b: f64| if log { (a * b).sqrt() } else { 0.5 * (a + b) };
     let beyond = |a: f64, b: f64| if log { a * (a / b).sqrt() } else { a + 0.5 * (a - b) };
@@ -81,12 +81,12 @@ fn edges(centres: &[f64], log: bool) -> Vec<f64> {
     all
 }
 
-/// From light to dark as the error grows.
+/// Colour of an error, darker as the error grows.
 fn shade(value: f64) -> Color {
     darkening((value.abs().max(SCALE[0]) / SCALE[0]).log10() / (SCALE[1] / SCALE[0]).log10())
 }
 
-/// From light at 0 to dark at 1: even in lightness, legible in grey.
+/// Colour from light at 0 to dark at 1, uniform in lightness and legible in greyscale.
 pub(super) fn darkening(place: f64) -> Color {
     const STOPS: [[f64; 3]; 7] = [
         [255.0, 251.0, 232.0],

@@ -1,4 +1,4 @@
-//! Images of a map: each with its colour bar and the distribution of its values.
+//! Images of a map, each with its colour bar and the distribution of its values.
 
 use super::Picture;
 use super::axis::Axis;
@@ -10,29 +10,28 @@ const IMAGE: Point = [460.0, 400.0];
 const BAR: f64 = 118.0;
 const HISTOGRAM: f64 = 330.0;
 const BINS: usize = 40;
-/// Cells along a side, at most: beyond, neighbours are averaged, as any screen would.
+/// Maximum number of cells along a side; in larger maps neighbours are averaged.
 const FINEST: usize = 256;
-/// Pixels that tell their value and trace where a picture can be pointed at.
+/// Maximum number of pixels that show their value and trace under the pointer.
 const MOST_NOTES: usize = 10_000;
-/// Where the grey core of a doubtful cell ends, along its side.
+/// End of the grey core of a doubtful cell, as a fraction of its side.
 const CORE: f64 = 0.75;
-/// Part of the values at either end that does not stretch the colours.
+/// Fraction of the values at either end that the colour scale leaves out.
 const OUTSIDE: f64 = 0.01;
 
 /// A value for each pixel.
 #[derive(Debug, Clone)]
 pub struct Image {
-    /// What it is, with its unit.
+    /// Quantity, with its unit.
     pub title: String,
-    /// Row by row; `None` where there is none.
+    /// Row by row; `None` if there is no value.
     pub values: Vec<Option<f64>>,
-    /// Values that are drawn with a grey core and are in no scale or histogram, since they are not to be relied on;
-    /// empty for none.
+    /// Unreliable values, which are drawn with a grey core and excluded from scale and histogram; empty for none.
     pub doubtful: Vec<bool>,
 }
 
 impl Image {
-    /// The values that set the scale: those that are not doubtful, or all where there is no other.
+    /// The values that set the scale: the reliable ones, or all if there are no others.
     fn counted(&self) -> Vec<f64> {
         let finite = |sound: bool| -> Vec<f64> {
             let values = self.values.iter().enumerate();
@@ -44,11 +43,10 @@ impl Image {
     }
 }
 
-/// Images of one grid, one below the other, each with its colours and a histogram.
+/// Images of one grid, one below the other, each with its colour bar and a histogram.
 ///
-/// The scale of colours leaves one value in a hundred out at either end. `notes` says of each pixel what it
-/// is, which a picture that can be pointed at shows with the value; pictures of more than ten thousand pixels
-/// do without.
+/// The colour scale leaves out one value in a hundred at either end. `notes` describes each pixel and is shown
+/// with the value under the pointer, if the format allows it; pictures of more than ten thousand pixels omit it.
 pub fn images(
     heading: &str,
     caption: &str,
@@ -75,13 +73,13 @@ pub fn images(
     Picture(figure)
 }
 
-/// Ends of the colours.
+/// Ends of the colour scale.
 fn scale(mut sorted: Vec<f64>) -> Option<[f64; 2]> {
     sorted.sort_by(f64::total_cmp);
     let last = sorted.len().checked_sub(1)?;
     let at = |part: f64| sorted[(part * last as f64).round() as usize];
     let [low, high] = [at(OUTSIDE), at(1.0 - OUTSIDE)];
-    // Where all are alike an axis makes room about them.
+    // If all values are equal, the axis adds room around them.
     let axis = Axis::linear(low, high, "");
     Some([axis.low, axis.high])
 }
@@ -119,7 +117,7 @@ fn drawn(
             let mean = (!held.is_empty()).then(|| held.iter().sum::<f64>() / held.len() as f64);
             let low = [left as f64 - 0.5, top as f64 - 0.5];
             panel.patch(low, [right as f64 - 0.5, bottom as f64 - 0.5], colour(mean, scale));
-            // Of cells that stand for many, those that are mostly so.
+            // A cell that averages several pixels gets a core if most of them are doubtful.
             if 2 * doubtful > all && mean.is_some() {
                 let core = |from: usize, to: usize, part: f64| from as f64 + part * (to - from) as f64 - 0.5;
                 let ends = [1.0 - CORE, CORE].map(|part| [core(left, right, part), core(top, bottom, part)]);
@@ -139,7 +137,7 @@ fn drawn(
                 told.push(format!("{}\n{}: {value}", notes(y, x), image.title));
             }
         }
-        // Not seen, but pointed at.
+        // Invisible dots that carry the values under the pointer.
         let side = (IMAGE[0] / columns.max(1) as f64).min(IMAGE[1] / rows.max(1) as f64);
         figure.dots(points, (0.4 * side).max(0.5) as f32, INK.faded(0.0), told);
     }
@@ -231,7 +229,7 @@ mod tests {
             let svg = String::from_utf8(picture.render(Format::Svg).unwrap_or_default()).unwrap_or_default();
             svg.matches("#cdd0d4").count()
         };
-        // That without a value is grey as a whole.
+        // A cell without a value is entirely grey.
         assert_eq!(grey(vec![true, false, true, true]), grey(Vec::new()) + 2);
     }
 

@@ -5,7 +5,7 @@ use crate::AnalysedLevels;
 use crate::format::Scale;
 use slipfit::Parameter;
 
-/// Straight pieces that a curve is drawn of.
+/// Number of straight segments in a drawn curve.
 const CURVE_STEPS: u32 = 60;
 
 pub(super) fn charts(analysed: &AnalysedLevels<'_>) -> Vec<Chart> {
@@ -21,7 +21,7 @@ pub(super) fn charts(analysed: &AnalysedLevels<'_>) -> Vec<Chart> {
     let dots = |moving: bool| {
         answer.points.iter().filter(|p| p.moving == moving).map(|p| [p.drive * d, p.amplitude * a]).collect()
     };
-    // Curves, where drag bends the line.
+    // Curves, because drag bends the line.
     let drawn = |from: f64, of: &dyn Fn(f64) -> f64| -> Vec<[f64; 2]> {
         let steps = 0..=CURVE_STEPS;
         let drives = steps.map(|i| from + (top - from) * f64::from(i) / f64::from(CURVE_STEPS));

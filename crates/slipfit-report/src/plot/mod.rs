@@ -57,22 +57,22 @@ pub fn files(rows: &[Row]) -> Picture {
     Picture(files::figure(rows))
 }
 
-/// The panels of an answer, each a picture of its own.
+/// The panels of an answer, each as a separate picture.
 pub(crate) fn ringdown_panels(analysed: &AnalysedRingdown<'_>) -> Vec<Picture> {
     ringdown::panels(analysed).into_iter().map(Picture).collect()
 }
 
-/// Likewise of a resonance curve.
+/// The same as [`ringdown_panels`].
 pub(crate) fn resonance_panels(analysed: &AnalysedCurve<'_>) -> Vec<Picture> {
     resonance::panels(analysed).into_iter().map(Picture).collect()
 }
 
-/// Likewise of drive levels.
+/// The same as [`ringdown_panels`].
 pub(crate) fn levels_panels(analysed: &AnalysedLevels<'_>) -> Vec<Picture> {
     levels::charts(analysed).iter().map(|chart| Picture(chart::draw(chart))).collect()
 }
 
-/// Likewise of a series.
+/// The same as [`ringdown_panels`].
 pub(crate) fn series_panels(analysed: &AnalysedSeries<'_>) -> Vec<Picture> {
     series::panels(analysed).into_iter().map(Picture).collect()
 }
@@ -82,7 +82,7 @@ mod tests {
     use super::*;
     use std::path::Path;
 
-    /// Numbers that are none, and nothing at all: still a picture.
+    /// Non-finite numbers and missing results still give a picture.
     #[test]
     fn a_poor_answer_still_makes_a_picture() {
         type Change = fn(&mut slipfit::ringdown::Answer);

@@ -1,4 +1,4 @@
-//! One set of axes: maps numbers to places, cuts off what lies outside.
+//! One set of axes: maps values to positions and clips what lies outside.
 
 use super::axis::Axis;
 use super::figure::{Anchor, Color, Figure, Frame, Layer, Point, Stroke};
@@ -8,15 +8,15 @@ pub(super) const INK: Color = Color::new(0x22, 0x22, 0x22);
 const GRID: Color = Color::new(0xe4, 0xe6, 0xe9);
 const TEXT_SIZE: f32 = 14.0;
 const LEGEND_SIZE: f32 = 13.5;
-/// Room left of the axes for ticks and label, and below them.
+/// Margins of the axes for ticks and labels: left of them, then below them.
 const LEFT: f64 = 74.0;
 const BELOW: f64 = 52.0;
 const ABOVE: f64 = 26.0;
 const RIGHT: f64 = 14.0;
-/// More dots than this carry no values: nobody could point at one.
+/// Above this number, dots carry no values, because single dots could not be pointed at.
 const MOST_LABELLED: usize = 3000;
 
-/// How an entry of the legend looks.
+/// Symbol of a legend entry.
 pub(super) enum Mark {
     Line(Stroke),
     Dot(Color),
@@ -32,7 +32,7 @@ pub(super) struct Panel<'f> {
     height: f64,
     x: Axis,
     y: Axis,
-    /// What the legend should not cover.
+    /// Points that the legend should not cover.
     occupied: Vec<Point>,
 }
 
@@ -62,7 +62,7 @@ impl<'f> Panel<'f> {
         let (right, bottom) = (left + self.width, top + self.height);
         let grid = Stroke::solid(GRID, 1.0);
         self.figure.begin(Layer::Ticks);
-        // An axis too narrow for a label has nothing to tell.
+        // An axis too narrow for a label gets no ticks.
         let x_ticks = if self.width > 40.0 { self.x.ticks(6) } else { Vec::new() };
         for tick in x_ticks {
             let Some(place) = self.x.place(tick.value) else { continue };
@@ -100,7 +100,7 @@ impl<'f> Panel<'f> {
             && (self.top - 0.5..=self.top + self.height + 0.5).contains(&y)
     }
 
-    /// A line through points; breaks where one has no place, cut at the axes.
+    /// A line through points; it breaks at points without a position and is clipped at the axes.
     pub(super) fn line(&mut self, points: impl IntoIterator<Item = Point>, stroke: Stroke) {
         self.figure.begin(Layer::Data);
         let mut run: Vec<Point> = Vec::new();
@@ -163,7 +163,7 @@ impl<'f> Panel<'f> {
         self.sized_dots(points.into_iter().map(|p| (p, f64::NAN)), radius, color);
     }
 
-    /// Dots with their standard errors, which are in the values but not drawn; NaN where unknown.
+    /// Dots with their standard errors, which appear in the values but are not drawn; NaN if unknown.
     pub(super) fn sized_dots(
         &mut self,
         points: impl IntoIterator<Item = (Point, f64)>,
@@ -183,7 +183,7 @@ impl<'f> Panel<'f> {
         self.figure.dots(places, radius, color, notes);
     }
 
-    /// Values of a point, a line for each axis.
+    /// Values of a point, one line per axis.
     fn values(&self, [x, y]: Point, error: f64) -> String {
         let error = if error.is_finite() && error > 0.0 {
             format!(" ± {}", crate::format::plain(error, 2, ""))
@@ -200,7 +200,7 @@ impl<'f> Panel<'f> {
         }
     }
 
-    /// The area between two curves over the same places.
+    /// The area between two curves over the same abscissae.
     pub(super) fn band(&mut self, points: &[[f64; 3]], color: Color) {
         let inside = |v: f64| v.clamp(self.y.low, self.y.high);
         let upper = points.iter().filter_map(|&[x, _, high]| self.at([x, inside(high)]));
@@ -210,12 +210,12 @@ impl<'f> Panel<'f> {
         self.figure.area(outline, color);
     }
 
-    /// A rectangle between two corners, cut at the axes.
+    /// A rectangle between two corners, clipped at the axes.
     pub(super) fn patch(&mut self, low: Point, high: Point, color: Color) {
         let inside = |axis: &Axis, v: f64| v.clamp(axis.low, axis.high);
         let cut = |p: Point| [inside(&self.x, p[0]), inside(&self.y, p[1])];
         if let (Some(a), Some(b)) = (self.at(cut(low)), self.at(cut(high))) {
-            // A hair wider, so that no seam shows between neighbours.
+            // Slightly wider, so that no gap shows between neighbours.
             let right = (b[0] + 0.6).min(self.left + self.width);
             let low = (a[1] + 0.6).min(self.top + self.height);
             self.figure.begin(Layer::Data);
@@ -237,7 +237,7 @@ impl<'f> Panel<'f> {
         self.figure.text(at, text, TEXT_SIZE, INK.faded(0.7), Anchor::Middle);
     }
 
-    /// The legend, in the corner where it covers least, on a ground that keeps it readable.
+    /// The legend, in the corner where it covers the fewest points, on a background that keeps it readable.
     pub(super) fn legend(&mut self, entries: &[(Mark, &str)]) {
         const LINE: f64 = 20.0;
         const MARK: f64 = 28.0;

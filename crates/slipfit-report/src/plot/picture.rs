@@ -18,7 +18,7 @@ pub enum Format {
 }
 
 impl Format {
-    /// The format that the ending of a file's name asks for; `None` where it is another.
+    /// The format given by the extension of a file name; `None` if it is not known.
     pub fn of(path: &Path) -> Option<Self> {
         let ending = path.extension()?.to_string_lossy().to_ascii_lowercase();
         match ending.as_str() {
@@ -30,7 +30,7 @@ impl Format {
     }
 }
 
-/// A figure not yet in any format.
+/// A figure before it is written in a file format.
 pub struct Picture(pub(super) Figure);
 
 impl Picture {
@@ -39,7 +39,7 @@ impl Picture {
         svg::inline(&self.0)
     }
 
-    /// In a file format; `None` where there is not enough memory for its pixels.
+    /// The picture in a file format; `None` if there is not enough memory for its pixels.
     pub fn render(&self, format: Format) -> Option<Vec<u8>> {
         match format {
             Format::Svg => Some(svg::render(&self.0)),

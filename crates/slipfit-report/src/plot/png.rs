@@ -1,4 +1,4 @@
-//! PNG, drawn at twice the size so that print and dense screens have enough.
+//! PNG, drawn at twice the size for print and high-resolution screens.
 
 use super::figure::{Anchor, Color, Figure, Point, Shape, Stroke};
 use super::font::{self, Segment};
@@ -6,7 +6,7 @@ use tiny_skia::{FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, S
 
 const SCALE: f32 = 2.0;
 
-/// `None` where the picture does not fit into memory.
+/// `None` if the picture does not fit into memory.
 pub(super) fn render(figure: &Figure) -> Option<Vec<u8>> {
     let size = |length: f64| (length as f32 * SCALE).ceil() as u32;
     let mut pixels = Pixmap::new(size(figure.width), size(figure.height))?;

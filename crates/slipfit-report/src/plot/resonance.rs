@@ -11,7 +11,7 @@ use slipfit::Parameter;
 use slipfit::motion::steady::Phasor;
 use slipfit::resonance::{Answer, CurvePoint};
 
-/// The axes of a panel without its labels, width over height.
+/// Width over height of the axes of a panel, without labels.
 const ASPECT: f64 = 442.0 / 252.0;
 
 const FIT: Color = Color::new(0xd5, 0x5e, 0x00);
@@ -20,14 +20,14 @@ const GHOST: Color = Color::new(0xa9, 0xb0, 0xb8);
 const REFERENCE: Color = Color::new(0x00, 0x9e, 0x73);
 const FIT_LINE: Stroke = Stroke::solid(FIT, 2.2);
 const GHOST_LINE: Stroke = Stroke::solid(GHOST, 3.0);
-/// A friction-free curve higher than this many times the data leaves the axes.
+/// A friction-free curve higher than this multiple of the data leaves the axes.
 const GHOST_HEIGHT: f64 = 2.2;
-/// With more points than this, error bars become a band of dots.
+/// Above this number of points, error bars are replaced by a band of dots.
 const MOST_BARS: usize = 150;
 /// Points at which curves are evaluated.
 const STEPS: i32 = 800;
 
-/// The panels alone.
+/// The individual panels.
 pub(super) fn panels(analysed: &AnalysedCurve<'_>) -> Vec<Figure> {
     type Drawing = fn(&mut Figure, &View<'_>);
     let mut panels: Vec<Drawing> = vec![amplitude, residuals];
@@ -72,14 +72,14 @@ fn subtitle(analysed: &AnalysedCurve<'_>) -> String {
 struct View<'a> {
     answer: &'a Answer,
     complex: bool,
-    /// Frequencies are shown from here, in units of `frequency`.
+    /// Frequency from which the axis counts, in units of `frequency`.
     base_hz: f64,
     frequency: Scale,
     frequency_label: String,
     /// Lowest and highest frequency measured, Hz.
     range_hz: [f64; 2],
     amplitude: Scale,
-    /// What was taken off the amplitudes: a background fitted that would hide them.
+    /// Fitted background subtracted from the amplitudes because it would hide them.
     background: Phasor,
     /// Largest amplitude measured or fitted, response unit.
     largest: f64,
@@ -92,7 +92,7 @@ impl<'a> View<'a> {
         let low = answer.points.iter().map(f).fold(f64::INFINITY, f64::min);
         let high = answer.points.iter().map(f).fold(f64::NEG_INFINITY, f64::max);
         let span = high - low;
-        // A narrow line far from zero is read from its middle.
+        // The frequencies of a narrow line far from zero are shown relative to its centre.
         let natural = answer.parameter(Parameter::NaturalFrequency).map_or(0.5 * (low + high), |q| q.value);
         let decade = 10f64.powf((0.02 * span).log10().floor());
         let base = (natural / decade).round() * decade;
@@ -133,7 +133,7 @@ impl<'a> View<'a> {
         Axis::linear(self.x(low - pad), self.x(high + pad), self.frequency_label.clone())
     }
 
-    /// Frequencies across the curve, closer where it is narrow.
+    /// Frequencies across the curve, denser where it is narrow.
     fn across(&self) -> Vec<f64> {
         let [low, high] = self.range_hz;
         let even = (0..=STEPS).map(|i| low + (high - low) * f64::from(i) / f64::from(STEPS));
@@ -146,7 +146,7 @@ impl<'a> View<'a> {
         list
     }
 
-    /// The title, and what was taken off.
+    /// The title, with a remark on the subtracted background.
     fn beside(&self, title: &str) -> String {
         let off = if self.background == Phasor::default() { "" } else { ", background subtracted" };
         format!("{title}{off}")
@@ -166,7 +166,7 @@ fn has_phases(answer: &Answer) -> bool {
     answer.points.iter().any(|p| p.phase_rad.is_some())
 }
 
-/// The background fitted, where it hides the line on it and phases tell the two apart.
+/// The fitted background, if it hides the line and phases distinguish the two; otherwise zero.
 fn dominant_background(answer: &Answer) -> Phasor {
     let Some([re, im]) = answer.instrument.background.as_ref().filter(|_| has_phases(answer)) else {
         return Phasor::default();
@@ -193,7 +193,7 @@ fn titled(name: &str, unit: &str) -> String {
     if unit.is_empty() { name.to_owned() } else { format!("{name} [{unit}]") }
 }
 
-/// (a) Amplitude, the friction-free curve behind.
+/// (a) Amplitude, with the friction-free curve behind it.
 fn amplitude(figure: &mut Figure, view: &View<'_>) {
     let answer = view.answer;
     let a = view.amplitude.factor;
@@ -209,7 +209,7 @@ fn amplitude(figure: &mut Figure, view: &View<'_>) {
     let peak = ghost.iter().map(|p| p[1]).filter(|v| v.is_finite()).fold(0.0, f64::max);
     let top = view.largest * a;
     let beside = answer.reference.iter().flat_map(|r| &r.points).map(|p| p.amplitude * a).fold(0.0, f64::max);
-    // What belongs behind the data may be higher, but must not flatten them.
+    // A curve behind the data may be higher, but must not flatten them.
     let behind = [peak, beside].into_iter().filter(|v| *v <= GHOST_HEIGHT * top).fold(top, f64::max);
     let high = if peak > GHOST_HEIGHT * top { 1.25 * behind } else { 1.06 * behind };
     let y = Axis::linear(0.0, high, titled("amplitude", &view.amplitude.unit));
@@ -243,10 +243,10 @@ fn amplitude(figure: &mut Figure, view: &View<'_>) {
     panel.legend(&legend);
 }
 
-/// (b) Phase against the drive.
+/// (b) Phase relative to the drive.
 fn phase(figure: &mut Figure, view: &View<'_>) {
     let answer = view.answer;
-    // Both unwrapped along the frequency, from one turn.
+    // Both are unwrapped along the frequency, starting in the same turn.
     let fitted = unwrapped(view.across().iter().map(|&f| (f, answer.fit.response(f))));
     let ghost = unwrapped(view.across().iter().map(|&f| (f, answer.fit.friction_free(f))));
     let near = |f: f64| {
@@ -275,7 +275,7 @@ fn phase(figure: &mut Figure, view: &View<'_>) {
     panel.legend(&legend);
 }
 
-/// Phases in degrees without jumps.
+/// Phases in degrees, unwrapped.
 fn unwrapped(points: impl Iterator<Item = (f64, Phasor)>) -> Vec<Point> {
     let mut list: Vec<Point> = Vec::new();
     for (f, z) in points {
@@ -289,7 +289,7 @@ fn unwrapped(points: impl Iterator<Item = (f64, Phasor)>) -> Vec<Point> {
     list
 }
 
-/// (c) What the fit leaves.
+/// (c) Residuals of the fit.
 fn residuals(figure: &mut Figure, view: &View<'_>) {
     let points = &view.answer.points;
     let all = || points.iter().flat_map(|p| [p.residual, p.residual_across]).filter(|v| v.is_finite());
@@ -297,7 +297,7 @@ fn residuals(figure: &mut Figure, view: &View<'_>) {
     sizes.sort_by(f64::total_cmp);
     let most = sizes.last().copied().unwrap_or(0.0);
     let usual = sizes.get(sizes.len() * 98 / 100).copied().unwrap_or(most);
-    // A few far ones must not flatten the rest.
+    // A few outliers must not flatten the rest.
     let size = if most > 3.0 * usual && usual > 0.0 { 1.6 * usual } else { most };
     let sigma = points.iter().map(|p| p.std_error).filter(|v| v.is_finite()).fold(0.0, f64::max);
     let size = size.max(if sigma < 3.0 * size { sigma } else { 0.0 });
@@ -360,12 +360,12 @@ fn circle(figure: &mut Figure, view: &View<'_>) {
         (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max))
     };
     let ((x_low, x_high), (y_low, y_high)) = (range(0), range(1));
-    // One unit is as long across as upwards.
+    // Equal scales in both directions.
     let height = 1.12 * (y_high - y_low).max((x_high - x_low) / ASPECT).max(f64::MIN_POSITIVE);
     let width = height * ASPECT;
     let (x_mid, y_mid) = (0.5 * (x_low + x_high), 0.5 * (y_low + y_high));
     let unit = &view.amplitude.unit;
-    // The circle stands left of the middle: the legend has the right.
+    // The circle lies left of the middle; the legend is on the right.
     let x = Axis::linear(x_mid - 0.4 * width, x_mid + 0.6 * width, titled("in phase with the drive", unit));
     let y = Axis::linear(y_mid - 0.5 * height, y_mid + 0.5 * height, titled("in quadrature", unit));
     let title = "complex plane: a circle without friction";
@@ -380,7 +380,7 @@ fn circle(figure: &mut Figure, view: &View<'_>) {
     panel.legend(&legend);
 }
 
-/// (e) The force that takes energy out, over the stiffness, against amplitude.
+/// (e) Dissipative force over the stiffness, against amplitude.
 fn dissipative(figure: &mut Figure, view: &View<'_>) {
     let answer = view.answer;
     let rows: Vec<[f64; 3]> =
@@ -396,7 +396,7 @@ fn dissipative(figure: &mut Figure, view: &View<'_>) {
     force(figure, view, title, "dissipative force / k", &rows, &line);
 }
 
-/// (f) The force of the spring, over the stiffness, against amplitude.
+/// (f) Spring force over the stiffness, against amplitude.
 fn elastic(figure: &mut Figure, view: &View<'_>) {
     let rows: Vec<[f64; 3]> =
         view.answer.force.iter().map(|p| [p.amplitude, p.elastic, p.elastic_std_error]).collect();

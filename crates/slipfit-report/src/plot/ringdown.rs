@@ -12,7 +12,7 @@ use slipfit::answer::Candidate;
 use slipfit::ringdown::{Answer, EnvelopePoint, LossPoint};
 use slipfit::{LossModel, LossTerm, Parameter, SignalKind};
 
-/// Okabe and Ito's palette, told apart by eyes of every kind.
+/// Okabe and Ito's colour-blind-safe palette.
 const DATA: Color = Color::new(0x8f, 0xb4, 0xd0);
 const LEFT_OUT: Color = Color::new(0xcf, 0xd3, 0xd8);
 const FIT: Color = Color::new(0xd5, 0x5e, 0x00);
@@ -25,14 +25,14 @@ const FIT_LINE: Stroke = Stroke::solid(FIT, 2.2);
 const FREE_LINE: Stroke = Stroke::dashed(FREE, 1.6);
 const VISCOUS_LINE: Stroke = Stroke::dashed(VISCOUS, 2.0);
 
-/// A cycle narrower than this many units is drawn by its extremes alone.
+/// A cycle narrower than this many units is drawn by its extremes only.
 const NARROW_CYCLE: f64 = 7.0;
-/// With more points than this, error bars become a band.
+/// Above this number of points, error bars are replaced by a band.
 const MOST_BARS: usize = 120;
-/// An amplitude this far below the largest is off the logarithmic axis.
+/// Amplitudes below this fraction of the largest are off the logarithmic axis.
 const LOG_FLOOR: f64 = 1e-4;
 
-/// The panels alone.
+/// The individual panels.
 pub(super) fn panels(analysed: &AnalysedRingdown<'_>) -> Vec<Figure> {
     let answer = analysed.answer;
     let scales = Scales::of(analysed);
@@ -125,9 +125,9 @@ fn signal(figure: &mut Figure, analysed: &AnalysedRingdown<'_>, scales: &Scales)
     let used = [answer.segment.start_s * t, answer.segment.end_s * t];
     let inside = |p: &Point| (used[0]..=used[1]).contains(&p[0]);
     let sparse = points.len() <= 300;
-    // Wider than the fit, so that the data frame it where both agree.
+    // Wider than the fit, so that the data remain visible around it where both agree.
     let wide = |color| Stroke::solid(color, 3.2);
-    // What is left out is drawn throughout, what is used over it: no gap between them.
+    // Left-out data are drawn throughout and used data on top of them, so that there is no gap between them.
     panel.line(points.iter().copied(), wide(LEFT_OUT));
     panel.line(points.iter().copied().filter(inside), wide(DATA));
     if sparse {
@@ -144,12 +144,12 @@ fn signal(figure: &mut Figure, analysed: &AnalysedRingdown<'_>, scales: &Scales)
     panel.legend(&legend);
 }
 
-/// Whether the record holds amplitudes, not the motion itself.
+/// Whether the record holds amplitudes instead of the motion itself.
 fn is_bare(kind: SignalKind) -> bool {
     matches!(kind, SignalKind::Envelope | SignalKind::LockIn)
 }
 
-/// The fitted motion, or where its cycles are too narrow to be seen, its two edges.
+/// The fitted motion, or its upper and lower edge if its cycles are too narrow to be seen.
 fn fit_lines(answer: &Answer, scales: &Scales, columns: usize) -> Vec<Vec<Point>> {
     let (t, a) = (scales.time.factor, scales.amplitude.factor);
     let [start, end] = answer.fit.range_s();
@@ -168,7 +168,7 @@ fn fit_lines(answer: &Answer, scales: &Scales, columns: usize) -> Vec<Vec<Point>
     let steps = ((end - start) / per_column_s).ceil() as usize;
     let edge = |pick: fn(f64, f64) -> f64| {
         let extreme = |s: f64| {
-            // A whole cycle, kept inside the fitted stretch.
+            // A whole cycle, kept within the fitted segment.
             let first = s.min(end - cycle_s).max(start);
             let at = |k: i32| answer.fit.signal_at((first + cycle_s * f64::from(k) / 24.0).min(end));
             (0..24).map(at).fold(f64::NAN, pick)
@@ -189,13 +189,13 @@ fn viscous_amplitude(answer: &Answer, candidate: &Candidate, time_s: f64) -> f64
         * (-candidate.value(Parameter::DECAY_RATE) * (time_s - answer.segment.start_s)).exp()
 }
 
-/// Instants along the fitted stretch.
+/// Times along the fitted segment.
 fn along(answer: &Answer, steps: i32) -> impl Iterator<Item = f64> + use<> {
     let [start, end] = answer.fit.range_s();
     (0..=steps).map(move |i| start + (end - start) * f64::from(i) / f64::from(steps))
 }
 
-/// (b) The envelope where a viscous decay is straight.
+/// (b) The envelope on an axis on which a viscous decay is straight.
 fn envelope(figure: &mut Figure, analysed: &AnalysedRingdown<'_>, scales: &Scales) {
     let answer = analysed.answer;
     let (t, a) = (scales.time.factor, scales.amplitude.factor);
@@ -204,7 +204,7 @@ fn envelope(figure: &mut Figure, analysed: &AnalysedRingdown<'_>, scales: &Scale
     };
     let high = amplitudes(true).chain(amplitudes(false)).fold(0.0, f64::max);
     let used_low = amplitudes(true).fold(high, f64::min);
-    // Some of what was left out below belongs to the picture, its whole noise does not.
+    // Some of the left-out amplitudes below are shown, but not their whole noise.
     let low = amplitudes(false).fold(used_low, f64::min).max(used_low / 20.0).max(LOG_FLOOR * high);
     let y = Axis::log(0.6 * low * a, 1.4 * high * a, titled("amplitude", &scales.amplitude.unit));
     let title = "envelope: a viscous decay would be straight";
@@ -224,7 +224,7 @@ fn envelope(figure: &mut Figure, analysed: &AnalysedRingdown<'_>, scales: &Scale
         );
         legend.push((Mark::Line(VISCOUS_LINE), "purely viscous"));
     }
-    // A bare amplitude is measured with its noise floor, so it is drawn with it.
+    // A measured amplitude includes its noise floor, so the fit is drawn with it.
     let bare = is_bare(analysed.reading.record.kind());
     let fitted = |s: f64| if bare { answer.fit.signal_at(s) } else { answer.fit.amplitude_at(s) };
     panel.line(along(answer, 400).map(|s| [s * t, fitted(s) * a]), FIT_LINE);
@@ -232,13 +232,13 @@ fn envelope(figure: &mut Figure, analysed: &AnalysedRingdown<'_>, scales: &Scale
     panel.legend(&legend);
 }
 
-/// (c) What the fit leaves.
+/// (c) Residuals of the fit.
 fn residuals(figure: &mut Figure, answer: &Answer, scales: &Scales) {
     let used: Vec<&EnvelopePoint> =
         answer.envelope.iter().filter(|p| p.used && (p.amplitude - p.fitted).is_finite()).collect();
     let extents = || used.iter().map(|p| (p.amplitude - p.fitted).abs() + finite_or_zero(p.std_error));
     let largest = extents().fold(0.0, f64::max);
-    // A few far ones must not flatten the rest.
+    // A few outliers must not flatten the rest.
     let size =
         if largest > 3.0 * quantile(extents(), 0.95) { 1.5 * quantile(extents(), 0.95) } else { largest };
     let scale = Scale::for_size(size, &answer.signal_unit);
@@ -281,7 +281,7 @@ fn residuals(figure: &mut Figure, answer: &Answer, scales: &Scales) {
     panel.legend(&legend);
 }
 
-/// (d) Loss against amplitude: sliding is the part that does not vanish with it.
+/// (d) Loss against amplitude: sliding friction is the part that does not vanish with amplitude.
 fn loss(figure: &mut Figure, answer: &Answer) {
     let mut points: Vec<&LossPoint> = answer.loss.iter().filter(|p| p.amplitude.is_finite()).collect();
     points.sort_by(|p, q| p.amplitude.total_cmp(&q.amplitude));
@@ -306,7 +306,7 @@ fn loss(figure: &mut Figure, answer: &Answer) {
     }
     let mut legend = vec![(Mark::Dot(POINTS), "measured"), (Mark::Line(FIT_LINE), answer.model.name())];
     if answer.model.has_sliding() {
-        // Sliding friction takes the same from every cycle, down to rest.
+        // Sliding friction takes the same amplitude from every cycle, down to rest.
         let mut band: Vec<[f64; 3]> =
             points.iter().map(|p| [p.amplitude * x, 0.0, p.fitted_sliding * y]).collect();
         if let Some(&[_, _, first]) = band.first() {
@@ -340,7 +340,7 @@ fn finite_or_zero(value: f64) -> f64 {
     if value.is_finite() { value } else { 0.0 }
 }
 
-/// The value below which this share of the finite ones lies; zero without any.
+/// Quantile `share` of the finite values; zero if there are none.
 fn quantile(values: impl Iterator<Item = f64>, share: f64) -> f64 {
     let mut sorted: Vec<f64> = values.filter(|v| v.is_finite()).collect();
     sorted.sort_by(f64::total_cmp);

@@ -10,7 +10,7 @@ use crate::format::Scale;
 use slipfit::Quantity;
 use slipfit::series::{ConditionRow, Estimate, LawFit, LoadLaw};
 
-/// Higher than elsewhere: there is one row of panels only.
+/// Higher than other panels, because there is only one row.
 const HEIGHT: f64 = 360.0;
 
 const RING_DOWN: Color = Color::new(0x00, 0x72, 0xb2);
@@ -20,7 +20,7 @@ const LAW: Stroke = Stroke::dashed(Color::new(0x8a, 0x92, 0x9c), 2.0);
 
 type Part = fn(&Estimate) -> &Quantity;
 
-/// The panels alone.
+/// The individual panels.
 pub(super) fn panels(analysed: &AnalysedSeries<'_>) -> Vec<Figure> {
     let forces = analysed.options.calibration.is_some();
     let (friction, damping) = if forces {
@@ -52,7 +52,7 @@ fn panel(analysed: &AnalysedSeries<'_>, name: &str, part: Part, laws: &[LawFit])
         |q: &Quantity, sign: f64| q.value + sign * if q.std_error.is_finite() { q.std_error } else { 0.0 };
     let high = cells().map(|q| ends(q, 1.0)).filter(|v| v.is_finite()).fold(0.0, f64::max);
     let least = cells().map(|q| ends(q, -1.0)).filter(|v| v.is_finite()).fold(f64::INFINITY, f64::min);
-    // Far from zero the differences count, near it the zero.
+    // Far from zero the axis resolves the differences; near zero it includes zero.
     let span = high - least;
     let (low, top) = if least > 0.0 && span < 0.5 * high {
         (least - 0.35 * span, high + 0.6 * span)
@@ -84,7 +84,7 @@ fn panel(analysed: &AnalysedSeries<'_>, name: &str, part: Part, laws: &[LawFit])
         (|r| &r.ring_down, RING_DOWN, "ring-down", -1.0),
         (|r| &r.resonance, RESONANCE, "resonance", 1.0),
     ];
-    // One method alone is all there is.
+    // With a single method there is no joint value to draw.
     let alone = analysed.answer.methods() != [true; 2];
     for (way, color, name, side) in ways.into_iter().skip(usize::from(alone)) {
         let side = if alone { 0.0 } else { side };
@@ -106,7 +106,7 @@ fn panel(analysed: &AnalysedSeries<'_>, name: &str, part: Part, laws: &[LawFit])
     figure
 }
 
-/// Where the conditions stand.
+/// Positions of the conditions.
 enum Places {
     Values { values: Vec<f64>, range: [f64; 2] },
     Named,
@@ -137,7 +137,7 @@ impl Places {
         }
     }
 
-    /// How far two ways of one condition stand apart, half of it.
+    /// Half the distance between the two methods of one condition.
     fn aside(&self) -> f64 {
         match self {
             Self::Values { range, .. } => 0.016 * (range[1] - range[0]),

@@ -1,4 +1,4 @@
-//! SVG: text stays text, in whatever sans-serif the viewer has.
+//! SVG: text remains text, in the viewer's sans-serif font.
 
 use super::axis::Axis;
 use super::figure::{Anchor, Color, Figure, Layer, Point, Shape, Stroke};
@@ -19,8 +19,8 @@ pub(super) fn render(figure: &Figure) -> Vec<u8> {
     svg.into_bytes()
 }
 
-/// For a page of HTML: as wide as there is room, on the page's own ground. Where the axes lie
-/// is written along, so that a script can tell the numbers under the pointer.
+/// For an HTML page: as wide as the space available, on the background of the page. The positions of the axes are
+/// included, so that a script can show the values under the pointer.
 pub(super) fn inline(figure: &Figure) -> String {
     let (w, h) = (figure.width, figure.height);
     let title = escape(&figure.title);
@@ -30,7 +30,7 @@ pub(super) fn inline(figure: &Figure) -> String {
     for frame in &figure.frames {
         let ([left, top], [width, height]) = (frame.corner, frame.size);
         let axis = |axis: &Axis| {
-            // Names instead of numbers stand in the values of the dots.
+            // Names that replace numbers are in the values of the dots.
             let kind = if !axis.names.is_empty() {
                 "names"
             } else if axis.log {
@@ -53,7 +53,7 @@ pub(super) fn inline(figure: &Figure) -> String {
     svg
 }
 
-/// The shapes in groups by what they belong to.
+/// Writes the shapes in groups by layer.
 fn write_layers(svg: &mut String, figure: &Figure) {
     let ends = figure.layers.iter().skip(1).map(|(begin, _)| *begin).chain([figure.shapes.len()]);
     let first = figure.layers.first().map_or(figure.shapes.len(), |(begin, _)| *begin);

@@ -5,7 +5,7 @@ mod resonance;
 mod ringdown;
 mod series;
 
-/// An answer that can be said in a sentence.
+/// An answer that can be summarised in a sentence.
 pub trait Sentence {
     /// What the data say about sliding friction: how much of the loss it carries and how sure
     /// that is, or why that cannot be determined.

@@ -32,7 +32,7 @@ pub(super) fn sentence(a: &Answer) -> String {
     conclusion(a)
 }
 
-/// The term of the instrument that amplitudes alone do not tell from friction.
+/// The instrument term that amplitudes alone do not distinguish from friction.
 fn beside_friction(a: &Answer) -> Option<&'static str> {
     a.warnings.iter().find_map(|w| match w {
         Warning::Background { phases: false, .. } => Some("the background"),
@@ -60,7 +60,7 @@ fn conclusion(a: &Answer) -> String {
             "Sliding friction carries {} of the loss at the peak{rest}, {drive}{by}",
             percent(s.share_at_highest)
         );
-        // What the p value takes for granted is not known.
+        // It is not known whether the assumption of the p value holds.
         if let Some(term) = beside_friction(a) {
             return format!(
                 "{carries}, if {term} is as fitted: amplitudes alone do not distinguish it from friction, \
@@ -78,7 +78,7 @@ fn conclusion(a: &Answer) -> String {
              are larger than noise or friction explains."
         );
     }
-    // What the interval keeps off zero is possible, whichever model has the lower BIC.
+    // A term whose interval excludes zero is possible, whichever model has the lower BIC.
     let off_zero = a.model.has_sliding()
         && limit(Parameter::FRICTION_DISPLACEMENT).is_some_and(|(interval, _)| interval[0] > 0.0);
     if (law.has_sliding() || off_zero) && !s.detected && s.share_at_highest > 0.0 {

@@ -5,9 +5,9 @@ use slipfit::answer::Warning;
 use slipfit::ringdown::{Answer, Mode};
 use slipfit::{LossModel, LossTerm, Parameter};
 
-/// A share from here on is called nearly all.
+/// Share from which the sentence says "nearly all".
 const NEARLY_ALL: f64 = 0.95;
-/// Shares closer than this at both ends are one share.
+/// If the shares at both ends differ by less than this, only one share is given.
 const SAME_SHARE: f64 = 0.05;
 
 /// What the record says about sliding friction, in plain words: how much of
@@ -98,7 +98,7 @@ fn conclusion(a: &Answer) -> String {
     match (law(a).has_sliding(), a.sliding.detected) {
         (true, true) => found(a),
         (true, false) => uncertain(a),
-        // Evidence against the viscous law alone that another law without sliding takes up.
+        // Evidence against the viscous law alone that another law without sliding explains.
         (false, true) if !not_preferred(a) => format!(
             "{} describes the record best and contains no sliding friction, but the same law with sliding \
              friction describes the decay better, {}: whether sliding friction takes part remains \
@@ -116,7 +116,7 @@ fn conclusion(a: &Answer) -> String {
     }
 }
 
-/// What can be said where no law describes the decay.
+/// The sentence if no law describes the decay.
 fn no_law(a: &Answer) -> Option<String> {
     let misfit = a.diagnostics.misfit.filter(|_| !a.diagnostics.law_holds)?;
     Some(format!(
@@ -129,7 +129,7 @@ fn no_law(a: &Answer) -> Option<String> {
     ))
 }
 
-/// The simplest law that the data support, or the one asked for.
+/// The simplest law that the data support, or the requested one.
 fn law(a: &Answer) -> LossModel {
     if a.preferred_model.is_within(a.model) { a.preferred_model } else { a.model }
 }
@@ -145,7 +145,7 @@ fn modes_hz(a: &Answer) -> Option<[f64; 2]> {
     })
 }
 
-/// The second mode with the frequency of the first and its own relative strength.
+/// The second mode with the frequency of the first and its own relative amplitude.
 fn second_mode(a: &Answer) -> Option<(&Mode, f64, f64)> {
     let second = a.second_mode.as_ref()?;
     let main_hz = a.parameter(Parameter::Frequency)?.value;
@@ -153,7 +153,7 @@ fn second_mode(a: &Answer) -> Option<(&Mode, f64, f64)> {
     Some((second, main_hz, strength))
 }
 
-/// What both losses come to, taken as one.
+/// The total loss, described as one viscous loss.
 fn total_loss(a: &Answer) -> String {
     let viscous = a.comparison.iter().find(|c| c.model == LossModel::VISCOUS && c.converged);
     match viscous {
@@ -217,7 +217,7 @@ fn absent(a: &Answer) -> String {
     let terms: Vec<LossTerm> = law(a).terms().filter(acts).collect();
     let explain = if terms.len() == 1 { "alone explains" } else { "explain" };
     let cause = format!("{} {explain}", capital(&in_words(terms.into_iter())));
-    // What the interval keeps off zero is possible, whichever model has the lower BIC.
+    // A term whose interval excludes zero is possible, whichever model has the lower BIC.
     let possible = a.parameter(Parameter::FRICTION_DISPLACEMENT).filter(|q| q.interval_95[0] > 0.0);
     if let Some(q) = possible {
         return format!(

@@ -4,7 +4,7 @@ use crate::format::{Rounded, Scale, p_value, plain};
 use slipfit::Quantity;
 use slipfit::series::{Answer, Estimate, LoadLaw};
 
-/// Whether ring-down and resonance agree; what was found, where nothing was measured by both.
+/// Whether ring-down and resonance agree, or what was found if no condition was measured by both.
 pub(super) fn sentence(answer: &Answer) -> String {
     let both = answer.table.iter().filter(|r| r.ring_down.is_some() && r.resonance.is_some()).count();
     let conditions = |n: usize| if n == 1 { "one condition".to_owned() } else { format!("{n} conditions") };
@@ -21,7 +21,7 @@ pub(super) fn sentence(answer: &Answer) -> String {
     }
 }
 
-/// Friction and what it follows, where no condition was measured both ways.
+/// Friction and its dependence on load, if no condition was measured by both methods.
 fn found(answer: &Answer) -> String {
     let cells: Vec<&Estimate> = answer.table.iter().filter_map(|r| r.joint.as_ref()).collect();
     let Some(first) = cells.first() else { return "No measurement gives friction and damping.".to_owned() };
@@ -58,7 +58,7 @@ fn found(answer: &Answer) -> String {
         .collect();
     let open: Vec<String> = answer.laws[1..]
         .iter()
-        // The line with a pull-off load is that with an offset.
+        // The line with a pull-off load is identical to the line with an offset.
         .filter(|l| !l.excluded && l.law != LoadLaw::Adhesive)
         .map(|l| l.law.to_string())
         .collect();

@@ -7,10 +7,9 @@ const COLUMNS: usize = 66;
 /// Dots in one character: two across, four down, as Braille has them.
 const DOTS: [[u32; 2]; 4] = [[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]];
 
-/// Values over places in Braille dots: between the least and the greatest
-/// value at each place all dots are set, so that an oscillation too fast to
-/// show becomes its envelope. Returns the lines from the top, and the least
-/// and the greatest value; nothing where there is nothing to draw.
+/// Plot of values over positions in Braille dots: at each position all dots between the least and the greatest
+/// value are set, so that an oscillation too fast to resolve becomes its envelope. Returns the lines from the
+/// top, and the least and the greatest value; `None` if there is nothing to draw.
 pub(crate) fn plot(points: impl Iterator<Item = (f64, f64)> + Clone) -> Option<(Vec<String>, [f64; 2])> {
     let finite = points.filter(|(x, y)| x.is_finite() && y.is_finite());
     let range = |pick: fn(&(f64, f64)) -> f64| {

@@ -1,4 +1,4 @@
-//! A file at a glance.
+//! Overview of a file.
 
 use super::braille;
 use super::table::{Align, columns, width};
@@ -12,7 +12,7 @@ use slipfit_io::{Delimiter, Dialect, ReadError, Reading, SweepReading, Table, Ta
 use std::fmt::Write as _;
 use std::path::Path;
 
-/// Tables and columns shown before the rest is only counted.
+/// Numbers of tables and columns shown; further ones are only counted.
 const MOST_TABLES: usize = 8;
 const MOST_COLUMNS: usize = 16;
 
@@ -23,19 +23,19 @@ pub struct Inspected<'a> {
     pub file: &'a Path,
     /// Everything it holds.
     pub tables: &'a Tables,
-    /// The record it would be read as, or why it is none.
+    /// The record it would be read as, or why it is not one.
     pub reading: &'a Result<Reading, ReadError>,
     /// The swings of the record.
     pub swings: Option<Swings>,
-    /// The resonance curve it is, rather than a record.
+    /// The resonance curve, if the file is one and not a record.
     pub curve: Option<&'a SweepReading>,
-    /// Its first lines, of text.
+    /// Its first lines, if it is text.
     pub lines: &'a [String],
     /// The command that analyses it.
     pub next_command: &'a str,
 }
 
-/// What a file holds, how it would be read and the command for it.
+/// Contents of a file, how it would be read, and the command for it.
 pub fn inspect(inspected: &Inspected<'_>, spell: Spelling<'_>) -> String {
     let tables = inspected.tables;
     let mut text = format!("{ANSWER}{}{ANSWER:#}\n", escape::terminal(&inspected.file.display().to_string()));
@@ -80,7 +80,7 @@ pub fn inspect(inspected: &Inspected<'_>, spell: Spelling<'_>) -> String {
     text
 }
 
-/// What is seen without a fit.
+/// What can be said of the motion without a fit.
 fn motion(swings: Swings) -> String {
     match (swings.crossings, swings.period_s) {
         (crossings, Some(period)) => {
@@ -140,7 +140,7 @@ fn one_table(table: &Table, several: bool) -> String {
             number(finite().reduce(f64::max)),
         ]);
     }
-    // A name gives way before a number does.
+    // Names are shortened before numbers are.
     let whole: Vec<String> = rows.iter().map(|row| row[1].clone()).collect();
     for most in (6..=24).rev() {
         rows.iter_mut().zip(told_apart(&whole, most)).for_each(|(row, name)| row[1] = name);
@@ -182,7 +182,7 @@ fn curve_picture(reading: &SweepReading) -> String {
     picture(points, curve.unit(), [low, high], "Hz")
 }
 
-/// Values over their places between the ends, as small as it can be.
+/// Values over their positions between the ends, as a small plot.
 fn picture(
     points: impl Iterator<Item = (f64, f64)> + Clone,
     unit: &str,
@@ -200,9 +200,9 @@ fn picture(
         };
         let _ = writeln!(text, "{:>12} {line}", clipped(label, 12));
     }
-    // Ends of a narrow span differ in their later digits.
+    // The ends of a narrow span differ only in their later digits.
     let digits = (ends[1].abs() / (ends[1] - ends[0])).log10().ceil().clamp(0.0, 8.0) as i32 + 3;
-    // Seconds since 1970 are not told in powers of ten.
+    // Seconds since 1970 are not written in powers of ten.
     let label = |v: f64| {
         let counted = ends_unit == "s" && v.abs() >= 1e6;
         if counted { instant(v, ends[1] - ends[0]) } else { plain(v, digits.max(4), ends_unit) }
@@ -213,7 +213,7 @@ fn picture(
     text
 }
 
-/// Names of at most so many characters; of those that begin alike the ends are kept too.
+/// Names shortened to at most `most` characters; names that begin alike keep their ends as well.
 fn told_apart(names: &[String], most: usize) -> Vec<String> {
     let short: Vec<String> = names.iter().map(|name| clipped(name, most)).collect();
     let alike = |i: usize| (0..names.len()).any(|k| k != i && short[k] == short[i] && names[k] != names[i]);
@@ -226,7 +226,7 @@ fn told_apart(names: &[String], most: usize) -> Vec<String> {
     (0..names.len()).map(|i| if alike(i) { inner(&names[i]) } else { short[i].clone() }).collect()
 }
 
-/// Text of at most so many characters.
+/// Text shortened to at most `most` characters.
 fn clipped(text: &str, most: usize) -> String {
     if text.chars().count() <= most {
         return text.to_owned();

@@ -14,7 +14,7 @@ use crate::escape;
 use crate::text::wrap;
 use anstyle::Style;
 
-/// The whole report. `written` names the files written beside it.
+/// The whole report. `written` names the files written in addition.
 pub fn screen(document: &Document<'_>, written: &[String]) -> String {
     let mut text = String::new();
     if let Some(title) = &document.title {
@@ -43,7 +43,7 @@ fn labelled_facts(facts: &Facts) -> String {
     facts.iter().map(|(label, text)| labelled(short(label), text)).collect()
 }
 
-/// Labels that fit their column.
+/// Labels shortened to fit their column.
 fn short(label: &str) -> &str {
     match label {
         "frequency" => "freq",
@@ -61,7 +61,7 @@ fn short(label: &str) -> &str {
     }
 }
 
-/// `label   text`, the text wrapped and hanging.
+/// `label   text`, wrapped with a hanging indent.
 pub(crate) fn labelled(label: &str, text: &str) -> String {
     const INDENT: usize = 10;
     wrap(&escape::terminal(text), WIDTH - INDENT)
@@ -74,8 +74,8 @@ pub(crate) fn labelled(label: &str, text: &str) -> String {
         .collect()
 }
 
-/// `label text`, the text wrapped and hanging behind the label; lines broken by the writer,
-/// such as a quoted piece of a file, stay as they are.
+/// `label text`, wrapped with a hanging indent after the label; line breaks in `text`, such as those of a quoted
+/// piece of a file, are kept.
 pub fn hanging(label: &str, style: Style, text: &str) -> String {
     let text = &escape::terminal(text);
     let indent = label.chars().count() + 1;
@@ -90,7 +90,7 @@ pub fn hanging(label: &str, style: Style, text: &str) -> String {
     lines[1..].iter().fold(first, |text, line| text + &format!("{:indent$}{line}\n", ""))
 }
 
-/// A warning of an answer, its code in brackets behind it: `docs/warnings.md` says what each means.
+/// A warning of an answer, followed by its code in brackets; `docs/warnings.md` explains the codes.
 pub fn warning(warning: &DocumentWarning, style: Style) -> String {
     hanging("warning:", style, &format!("{} [{}]", warning.text, warning.code))
 }
@@ -125,7 +125,7 @@ mod tests {
         assert!(text.contains("* the fit did not converge"), "{text}");
     }
 
-    /// Every number set by hand, so that only the layout is under test.
+    /// All numbers are set by hand, so that only the layout is tested.
     #[test]
     fn a_report_reads_like_this() {
         insta::assert_snapshot!(report(|_| (), &["swing.svg".to_owned()]));

@@ -4,13 +4,13 @@ use super::WIDTH;
 use super::table::{Align, columns};
 use crate::document::ParameterRow;
 
-/// Parameters on the screen, a line each; an interval goes below where the line is full.
+/// Parameters on the screen, one line each; an interval goes to the next line if the line is full.
 pub(super) fn laid_out(rows: &[ParameterRow]) -> String {
     const MARGIN: usize = 2;
     const RELATIVE: usize = 8;
     let left = Align::Left;
     let align = [left, left, Align::Right, left, left, left];
-    // A mark stands where the notes begin.
+    // A mark shows where the notes begin.
     let marked = |row: &ParameterRow| cells(row).into_iter().chain(["|".repeat(RELATIVE)]).collect();
     let lines = columns(&rows.iter().map(marked).collect::<Vec<_>>(), &align);
     let mut text = String::new();
@@ -40,7 +40,7 @@ fn cells(row: &ParameterRow) -> Vec<String> {
     vec![row.words.clone(), row.symbol.to_owned(), row.value.clone(), uncertainty, row.unit.clone()]
 }
 
-/// What stands behind the cells, and what may stand below them.
+/// The notes after the cells, and those that may go to the next line.
 fn notes(row: &ParameterRow) -> [String; 2] {
     let relative = format!("{:>8}", row.relative).trim_end().to_owned();
     match (row.absent, row.asymmetric) {

@@ -2,7 +2,7 @@
 
 use anstyle::{AnsiColor, Style};
 
-/// Columns of the screen a report is laid out for.
+/// Width in columns of the screen a report is laid out for.
 pub(crate) const WIDTH: usize = 80;
 
 pub(crate) const ANSWER: Style = Style::new().bold();

@@ -4,7 +4,7 @@ use super::{CHOSEN, DIM, HEADING, WIDTH};
 use crate::document::Table;
 use crate::escape;
 
-/// Which side of its column a cell keeps to.
+/// Alignment of a cell in its column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Align {
     Left,
@@ -24,14 +24,14 @@ pub(crate) fn width(rows: &[Vec<String>]) -> usize {
     widths.iter().sum::<usize>() + 2 * filled.saturating_sub(1)
 }
 
-/// Lays rows out in columns two blanks apart, or one where the screen demands
-/// it; columns empty in every row vanish.
+/// Lays rows out in columns two blanks apart, or one blank if the screen is too narrow; columns that are empty in
+/// every row are left out.
 pub(crate) fn columns(rows: &[Vec<String>], align: &[Align]) -> Vec<String> {
     let inert = |cell: &String| escape::terminal(cell).replace('\n', " ");
     let rows: Vec<Vec<String>> = rows.iter().map(|row| row.iter().map(inert).collect()).collect();
     let rows = &rows[..];
     let widths = widths(rows, align.len());
-    // Two of the columns are the margin.
+    // Two columns are used by the margin.
     let gap = if width(rows) + 2 <= WIDTH { "  " } else { " " };
     rows.iter()
         .map(|row| {
@@ -55,7 +55,7 @@ pub(crate) fn columns(rows: &[Vec<String>], align: &[Align]) -> Vec<String> {
         .collect()
 }
 
-/// A table with coloured headings, the row reported marked.
+/// A table with coloured headings and the reported row marked.
 pub(super) fn styled(table: &Table) -> String {
     let (heads, rows) = lines(table);
     let count = heads.len();
@@ -77,8 +77,7 @@ pub(super) fn styled(table: &Table) -> String {
     text
 }
 
-/// Headings in one line, or in two where groups of columns have one or the line is too wide; and
-/// the rows below them.
+/// Headings, in two lines if columns are grouped or the line is too wide, else in one; and the rows below them.
 fn lines(table: &Table) -> (Vec<Vec<String>>, Vec<Vec<String>>) {
     let (own, rows) = table.split();
     let rows = rows.to_vec();
@@ -88,7 +87,7 @@ fn lines(table: &Table) -> (Vec<Vec<String>>, Vec<Vec<String>>) {
     if width(&table.rows) + 2 <= WIDTH {
         return (vec![own.to_vec()], rows);
     }
-    // The name above its unit.
+    // The name goes above its unit.
     let split =
         |cell: &String| cell.split_once(" [").map(|(name, unit)| [name.to_owned(), format!("[{unit}")]);
     let halves: Vec<[String; 2]> =
