@@ -1,6 +1,6 @@
 //! One row of answer.
 
-/// How a row ended.
+/// Outcome of a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) enum Status {
     /// An answer without warnings.
@@ -13,7 +13,7 @@ pub(crate) enum Status {
 }
 
 impl Status {
-    /// As a table spells it.
+    /// Name in a table.
     pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Done => "done",
@@ -23,7 +23,7 @@ impl Status {
     }
 }
 
-/// Value, standard error, ends of the 95 % interval; NaN where there is none.
+/// Value, standard error and ends of the 95 % interval; NaN if there is none.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Estimate {
     pub(crate) value: f64,
@@ -36,7 +36,7 @@ impl Estimate {
     pub(crate) const NONE: Self =
         Self { value: f64::NAN, std_error: f64::NAN, low: f64::NAN, high: f64::NAN };
 
-    /// Of a fit, whose interval is symmetric.
+    /// The estimate of a fit, whose interval is symmetric.
     pub(crate) fn normal([value, std_error]: [f64; 2]) -> Self {
         let [low, high] = slipfit::Quantity::normal(value, std_error, String::new()).interval_95;
         Self { value, std_error, low, high }

@@ -1,36 +1,36 @@
-//! What is wrong with a table as a whole.
+//! Errors of a table as a whole.
 
 use arrow_schema::{ArrowError, DataType, Schema};
 
-/// A table that cannot be meant.
+/// Error in a table or in the options.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// A column that is not there.
+    /// A column that does not exist.
     #[error("there is no column `{name}`; there are {columns}")]
     NoColumn {
         /// Its name.
         name: String,
-        /// Those there are.
+        /// The columns that exist.
         columns: String,
     },
-    /// Several columns of one name.
+    /// Several columns of the same name.
     #[error("there are several columns `{name}`")]
     AmbiguousColumn {
         /// Their name.
         name: String,
     },
-    /// A column of another type than needed.
+    /// A column of the wrong type.
     #[error("the column `{name}` is {found}; it must be {needed}")]
     ColumnType {
         /// Its name.
         name: String,
         /// Its type.
         found: DataType,
-        /// What would do.
+        /// The type that is needed.
         needed: &'static str,
     },
-    /// An option out of range or beside another.
+    /// An option that is out of range or conflicts with another.
     #[error("{option}: {problem}")]
     Option {
         /// The field of [`Options`](crate::Options).
@@ -38,21 +38,21 @@ pub enum Error {
         /// What is wrong with it.
         problem: String,
     },
-    /// The caller asked for an end.
+    /// The caller cancelled the work.
     #[error("cancelled before its end")]
     Cancelled,
-    /// Arrow refused.
+    /// An error of Arrow.
     #[error("{0}")]
     Arrow(#[from] ArrowError),
 }
 
-/// Columns that a message names.
+/// Maximum number of columns named in a message.
 const NAMED: usize = 20;
 
-/// The place of the column of this name.
+/// The index of the column of this name.
 ///
 /// # Errors
-/// There is none, or more than one.
+/// There is no such column, or more than one.
 pub(crate) fn place(schema: &Schema, name: &str) -> Result<usize, Error> {
     let fields = schema.fields();
     let mut places = (0..fields.len()).filter(|at| fields[*at].name() == name);

@@ -1,4 +1,4 @@
-//! The bare fit of rows.
+//! The fit of one model to rows, without comparison.
 
 use crate::answer::{Estimate, Status};
 use crate::table::{Fits, Part, Row, detected};
@@ -6,13 +6,13 @@ use crate::trace::{Beside, Input, Kind, Scratch};
 use slipfit::ringdown::{AmplitudeFit, EvenTraces, Sampling, TraceCriteria, fit_amplitudes};
 use std::ops::Range;
 
-/// What fits traces of one length side by side: that of the first row that is not null.
+/// The fit of several traces of one length at a time; the length is that of the first row that is not null.
 pub(crate) fn side_by_side(input: &Input<'_>) -> Option<EvenTraces> {
     let first = || (0..input.signal.rows()).find_map(|row| input.signal.place(row));
     input.is_plain().then(first).flatten().map(|place| EvenTraces::new(place.len()))
 }
 
-/// Some rows of a part: together those of one length, one by one the others and what fails.
+/// Fits some rows of a part: those of the common length together; the others, and those that fail, one by one.
 pub(crate) fn rows(
     input: &Input<'_>,
     range: Range<usize>,
@@ -38,7 +38,7 @@ fn block<T: Copy + Into<f64>>(
     let samples = together.samples();
     let same = input.beside_all();
     let mut lacking = Vec::with_capacity(range.len());
-    // A row that is not fitted here has no trace, and one without an interval no frequency either.
+    // A row that is not fitted here has no trace, and a row without an interval has no frequency either.
     let mut traces: Vec<(&[T], f64)> = Vec::with_capacity(range.len());
     let mut frequency_hz = Vec::with_capacity(range.len());
     for row in range.clone() {
@@ -59,7 +59,7 @@ fn block<T: Copy + Into<f64>>(
     for (at, fit) in fits.iter().enumerate() {
         let number = range.start + at;
         if failed.next_if_eq(&at).is_some() {
-            // A gap, or a reason, is found alone.
+            // A gap, or the reason of a failure, is found by fitting the row alone.
             part.write(number, &row(input, number, scratch));
             continue;
         }
@@ -105,7 +105,7 @@ fn fitted(input: &Input<'_>, row: usize, scratch: &mut Scratch) -> Result<Row, S
     let (fit, used) = if whole {
         (fit_amplitudes(sampling, amplitude), amplitude.len())
     } else {
-        // What is missing leaves a gap in the clock.
+        // A missing sample leaves a gap in the clock.
         let time = |i: usize| match sampling {
             Sampling::Every(interval) => interval * i as f64,
             Sampling::At(stamps) => stamps[i],
@@ -125,7 +125,7 @@ fn fitted(input: &Input<'_>, row: usize, scratch: &mut Scratch) -> Result<Row, S
     Ok(answer(&fit, &beside, [used, all], floor))
 }
 
-/// A fit as a row: of `used` samples of `all`.
+/// A fit as a row; it used `used` of `all` samples.
 fn answer(fit: &AmplitudeFit, beside: &Beside, [used, all]: [usize; 2], floor: bool) -> Row {
     let p_value = fit.sliding_p_value(used);
     let all_warnings = warnings(fit, used, floor).into_iter().chain(beside.warnings());
@@ -149,18 +149,19 @@ fn answer(fit: &AmplitudeFit, beside: &Beside, [used, all]: [usize; 2], floor: b
     }
 }
 
-/// Whether a trace ends in its noise and is never negative: of such amplitudes noise raises the last ones.
+/// Whether a trace ends in its noise and is never negative: noise then raises its last amplitudes.
 fn ends_in_noise(fit: &AmplitudeFit, duration_s: f64, mut trace: impl Iterator<Item = f64>) -> bool {
     let least = TraceCriteria::default().noise_floor * fit.residual_rms;
-    // Samples that are missing say nothing.
+    // Missing samples are ignored.
     fit.amplitude_at(duration_s) < least && trace.all(|v| !(v < 0.0))
 }
 
-/// Codes of warnings, and whether a fit to so many samples has each.
+/// Codes of warnings, and whether each applies to a fit to this number of samples.
 fn warnings(fit: &AmplitudeFit, samples: usize, floor: bool) -> [(&'static str, bool); 6] {
     let TraceCriteria { inseparable, unlikely, misfit, .. } = TraceCriteria::default();
     let unlikely = |[value, error]: [f64; 2]| value < -unlikely * error;
-    // Ratios below are likely whatever the degrees of freedom are, which saves the tail of nearly all traces.
+    // Ratios below this are likely for any number of degrees of freedom, so that nearly all traces need no tail
+    // probability.
     let leaves = fit.lack_of_fit[0] > LIKELY && fit.misfit_p_value(samples) < misfit;
     [
         ("not_converged", !fit.converged),
@@ -172,5 +173,5 @@ fn warnings(fit: &AmplitudeFit, samples: usize, floor: bool) -> [(&'static str, 
     ]
 }
 
-/// Ratio of variances that thirteen degrees of freedom exceed once in 3000 traces.
+/// Variance ratio that is exceeded once in 3000 traces at thirteen degrees of freedom.
 const LIKELY: f64 = 2.9;

@@ -1,13 +1,13 @@
-//! Ring-downs by the million: Arrow in, Arrow out, one row a trace.
+//! Ring-downs by the million: Arrow in, Arrow out, one row per trace.
 //!
-//! [`fit_batch`] takes a record batch with a column of lists (list, large list or fixed-size list of
-//! any number type), one trace a row, and answers with one row each, in the same order: parameters,
-//! standard errors, intervals, evidence, warnings, and a status. A row that cannot be fitted is a row
-//! with its reason. What a face does (a Python package, a table engine) is to hand batches over.
+//! [`fit_batch`] takes a record batch with a column of lists (list, large list or fixed-size list of any number
+//! type), one trace per row, and returns one row for each, in the same order: parameters, standard errors,
+//! intervals, evidence, warnings, and a status. A row that cannot be fitted is returned with the reason.
+//! Interfaces (a Python package, a table engine) only pass batches on.
 //!
 //! [`Method::Fit`] fits one loss model, viscous and sliding, to amplitudes by
-//! [`slipfit::ringdown::fit_amplitudes`]; [`Method::Analyse`] is the whole default analysis of each
-//! row, as the command does it of a file.
+//! [`slipfit::ringdown::fit_amplitudes`]; [`Method::Analyse`] is the whole default analysis of each row, as the
+//! command performs it on a file.
 //!
 //! ```
 //! use arrow_array::types::Float64Type;
@@ -48,18 +48,18 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use table::Columns;
 use trace::{Input, Scratch};
 
-/// Rows that one task fits.
+/// Number of rows fitted by one task.
 const ROWS: usize = 1024;
-/// Rows that are fitted and written to the columns at a time: their answers stay in a near cache until they are.
+/// Number of rows fitted and then written to the columns at a time, so that their answers stay in a near cache.
 const AT_ONCE: usize = 128;
-/// Tasks for each thread where a row is a whole analysis, so that none waits long for another.
+/// Tasks per thread if each row is a whole analysis, so that no thread waits long for another.
 const TASKS: usize = 8;
 
-/// One row of answer for each row of a batch.
+/// Returns one row of answer for each row of a batch.
 ///
 /// # Errors
-/// [`Error`] where the table as a whole cannot be meant: a column that is missing or of another type,
-/// an option out of range. What is wrong with one row is said in that row.
+/// [`Error`] if the table as a whole cannot be used: a column is missing or of another type, or an option is out
+/// of range. A problem of one row is reported in that row.
 pub fn fit_batch(batch: &RecordBatch, options: &Options) -> Result<RecordBatch, Error> {
     fit_batch_until(batch, options, &AtomicBool::new(false))
 }

@@ -8,10 +8,10 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// Bytes of traces that are held at a time.
+/// Maximum number of bytes of traces held at a time.
 const BLOCK: usize = 1 << 26;
 
-/// An array of three axes, one of them time, and how it is cut into blocks of rows of pixels.
+/// An array of three axes, one of them time, divided into blocks of rows of pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Grid {
     shape: [usize; 3],
@@ -19,10 +19,10 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// Of an array with time along axis 0, 1 or 2.
+    /// The grid of an array with time along axis 0, 1 or 2.
     ///
     /// # Errors
-    /// [`Error::Option`] for another axis, an array without pixels or samples.
+    /// [`Error::Option`] for another axis, or for an array without pixels or samples.
     ///
     /// ```
     /// use slipfit_batch::Grid;
@@ -45,7 +45,7 @@ impl Grid {
         Ok(Self { shape, time })
     }
 
-    /// Rows and columns of pixels: the axes that are not time, in their order.
+    /// Numbers of rows and columns of pixels: the axes that are not time, in their order.
     pub fn pixels(&self) -> [usize; 2] {
         match self.time {
             0 => [self.shape[1], self.shape[2]],
@@ -54,17 +54,17 @@ impl Grid {
         }
     }
 
-    /// Samples of a trace.
+    /// Number of samples of a trace.
     pub fn samples(&self) -> usize {
         self.shape[self.time]
     }
 
-    /// The axis along which blocks are cut, the first that is not time.
+    /// The axis along which blocks are cut: the first that is not time.
     pub fn cut(&self) -> usize {
         usize::from(self.time == 0)
     }
 
-    /// Rows of pixels of each block: some tens of megabytes of traces, one row at least.
+    /// Rows of pixels of each block: some tens of megabytes of traces, at least one row.
     pub fn blocks(&self) -> impl Iterator<Item = Range<usize>> + use<> {
         let [rows, columns] = self.pixels();
         let row = columns.saturating_mul(self.samples()).saturating_mul(8);
@@ -72,10 +72,10 @@ impl Grid {
         (0..rows).step_by(step).map(move |first| first..rows.min(first.saturating_add(step)))
     }
 
-    /// The traces of a block, one after the other, of its numbers as they stand in the array (in C order).
+    /// The traces of a block, one after the other, from the block's values in the order of the array (C order).
     ///
     /// # Errors
-    /// [`Error::Option`] if their number is not that of so many rows.
+    /// [`Error::Option`] if the number of values is not that of `rows` rows.
     pub fn traces(&self, rows: usize, values: Vec<f64>) -> Result<Vec<f64>, Error> {
         let mut shape = self.shape;
         shape[self.cut()] = rows;
@@ -102,10 +102,10 @@ impl Grid {
     }
 }
 
-/// One row of answer for each pixel of a block, in the order of its traces, as
-/// [`fit_batch`](crate::fit_batch) has them.
+/// Returns one row of answer for each pixel of a block, in the order of its traces, with the columns of
+/// [`fit_batch`](crate::fit_batch).
 ///
-/// The column that the options name as the signal is made of `traces`; every trace has `samples` of them.
+/// The column that the options name as the signal is made of `traces`; every trace has `samples` samples.
 ///
 /// # Errors
 /// As [`fit_batch_until`](crate::fit_batch_until).
@@ -144,7 +144,7 @@ mod tests {
         assert!(blocks.windows(2).all(|pair| pair[0].end == pair[1].start));
         assert_eq!((blocks[0].start, blocks.last().unwrap().end), (0, 1000));
         assert!(blocks.iter().all(|block| block.len() * 700 * 512 * 8 <= BLOCK));
-        // A row larger than a block is a block.
+        // A row larger than a block forms a block of its own.
         assert_eq!(Grid::new([3, 1 << 20, 64], 2).unwrap().blocks().count(), 3);
     }
 

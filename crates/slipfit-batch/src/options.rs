@@ -1,34 +1,34 @@
-//! What is in a table and how it is fitted.
+//! The contents of a table and how it is fitted.
 
 use crate::error::Error;
 use slipfit::{SignalKind, ringdown};
 use std::collections::HashMap;
 
-/// Choices for [`fit_batch`](crate::fit_batch).
+/// Options of [`fit_batch`](crate::fit_batch).
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Options {
     /// The traces.
     pub signal: Signal,
-    /// When their samples were taken.
+    /// The times of their samples.
     pub clock: Clock,
-    /// How much is asked of each.
+    /// Which analysis is made of each trace.
     pub method: Method,
-    /// Frequency of the oscillation, Hz, which amplitudes do not show: without it sliding friction
-    /// is given as a rate of loss only.
+    /// Frequency of the oscillation, Hz, which amplitudes do not contain: without it, sliding friction is given
+    /// only as a loss rate.
     pub frequency_hz: Option<Number>,
-    /// Amplitudes are used up to the first below this one, in their unit.
+    /// Amplitudes are used up to the first one below this value, in their unit.
     pub min_amplitude: Option<Number>,
-    /// Unit of the traces; empty if unknown. Of levels that of the amplitudes they stand for.
+    /// Unit of the traces; empty if unknown. For levels in dB, the unit of the amplitudes they represent.
     pub unit: String,
-    /// Whether the traces are levels in dB, of which the amplitudes `10^(x/20)` are taken.
+    /// Whether the traces are levels in dB, which are converted to amplitudes `10^(x/20)`.
     pub levels: bool,
-    /// What turns the numbers of a column, by its name, into seconds, Hz or [`Self::unit`]; 1 of any other column.
-    /// Durations and dates have a unit of their own.
+    /// Factors that convert the numbers of a column, by its name, to seconds, Hz or [`Self::unit`]; 1 for any
+    /// other column. Durations and dates have a unit of their own.
     pub factors: HashMap<String, f64>,
-    /// Choices of [`Method::Analyse`], `frequency_hz` and `min_amplitude` aside.
+    /// Options of [`Method::Analyse`], except `frequency_hz` and `min_amplitude`.
     pub ringdown: ringdown::Options,
-    /// Columns of the table that stand before those of the answer.
+    /// Columns of the table that are placed before those of the answer.
     pub keep: Vec<String>,
 }
 
@@ -38,15 +38,15 @@ pub struct Options {
 pub enum Signal {
     /// Amplitudes of the oscillation.
     Amplitude(String),
-    /// X and Y of a lock-in amplifier. [`Method::Fit`] takes their modulus, which noise of `sigma`
-    /// on each raises by `sigma²/2A`.
+    /// X and Y of a lock-in amplifier. [`Method::Fit`] uses their modulus, which noise of `sigma` on each raises
+    /// by `sigma²/2A`.
     LockIn(String, String),
-    /// The oscillation itself and what of it was recorded; for [`Method::Analyse`].
+    /// The oscillation itself, and which of its quantities was recorded; for [`Method::Analyse`].
     Oscillation(String, SignalKind),
 }
 
 impl Signal {
-    /// What was recorded.
+    /// The quantity that was recorded.
     pub(crate) fn kind(&self) -> SignalKind {
         match self {
             Self::Amplitude(_) => SignalKind::Envelope,
@@ -56,31 +56,31 @@ impl Signal {
     }
 }
 
-/// When samples were taken.
+/// Times of the samples.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Clock {
-    /// At an even interval, s.
+    /// At a constant interval, s.
     Interval(Number),
-    /// At the times, s, in a column of lists.
+    /// At the times, s, given in a column of lists.
     Times(String),
 }
 
-/// A number for every row.
+/// A number for each row.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Number {
-    /// One for all.
+    /// The same number for all rows.
     Same(f64),
-    /// Those of a column.
+    /// The numbers of a column.
     Column(String),
 }
 
-/// How much is asked of each trace.
+/// Which analysis is made of each trace.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum Method {
-    /// Viscous and sliding loss fitted to amplitudes, nothing compared.
+    /// Viscous and sliding loss fitted to amplitudes, without model comparison.
     #[default]
     Fit,
     /// The whole analysis, [`slipfit::ringdown::analyse`].
@@ -88,12 +88,12 @@ pub enum Method {
 }
 
 impl Options {
-    /// The bare fit of amplitudes at an interval, s.
+    /// Options of the fit of amplitudes at a constant interval, s.
     pub fn fit(signal: Signal, interval_s: Number) -> Self {
         Self::new(signal, Clock::Interval(interval_s), Method::Fit)
     }
 
-    /// Nothing chosen but what is needed.
+    /// Options with only what is needed; all others have their default.
     pub fn new(signal: Signal, clock: Clock, method: Method) -> Self {
         Self {
             signal,

@@ -62,25 +62,25 @@ impl Row {
     }
 }
 
-/// Fits of neighbouring rows, none of which left a sample out.
+/// Fits of neighbouring rows, all of which used every sample.
 pub(crate) struct Fits<'a> {
     pub(crate) fits: &'a [AmplitudeFit],
-    /// Value and standard error; none without a frequency.
+    /// Value and standard error; empty without a frequency.
     pub(crate) friction_displacement: &'a [[f64; 2]],
     pub(crate) p_value: &'a [f64],
     pub(crate) samples: usize,
 }
 
-/// What a column holds; where a row has it, and where fits have it.
+/// Type of a column, how it is taken from a row, and how it is taken from fits.
 enum Content {
-    /// Text, the same of all fits without warnings.
+    /// Text, and the text common to all fits without warnings.
     Text(fn(&Row) -> &str, &'static str),
     Number(fn(&Row) -> f64, fn(&Fits<'_>, &mut [f64])),
     Count(fn(&Row) -> i64, fn(&Fits<'_>) -> i64),
     Flag(fn(&Row) -> Option<bool>, fn(&Fits<'_>, &mut [Flag])),
 }
 
-/// A flag, or none.
+/// A flag, which may be missing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub(crate) enum Flag {
@@ -110,7 +110,7 @@ impl Content {
     }
 }
 
-/// A value of each fit, one after the other.
+/// Writes a value of each fit to `to`, one after the other.
 fn each<T, U>(values: impl Iterator<Item = T>, to: &mut [U], of: impl Fn(T) -> U) {
     to.iter_mut().zip(values).for_each(|(to, value)| *to = of(value));
 }
@@ -121,7 +121,7 @@ macro_rules! number {
     };
 }
 
-/// A quantity with error and interval: its field of a row, and of fits.
+/// A quantity with error and interval: its field in a row, and in fits.
 macro_rules! estimate {
     ($name:literal, $unit:literal, $field:ident, $fits:ident) => {
         [
@@ -162,13 +162,13 @@ impl Fits<'_> {
         self.p_value.iter().copied()
     }
 
-    /// What only an analysis has.
+    /// Missing values for what only an analysis has.
     fn nothing(&self) -> impl Iterator<Item = [f64; 2]> {
         self.fits.iter().map(|_| [f64::NAN; 2])
     }
 }
 
-/// Names and contents in the order of the answer; names are those of the command's `--table`.
+/// Names and contents in the order of the answer; the names are those of the command's `--table`.
 fn contents(method: Method) -> Vec<(&'static str, Content)> {
     let mut all = vec![
         ("status", Content::Text(|r| r.status.name(), Status::Done.name())),
@@ -201,12 +201,12 @@ pub(crate) fn detected(p_value: f64) -> bool {
     p_value < InferenceCriteria::default().detected
 }
 
-/// The columns of an answer to a table of this schema: those kept, then the answer's own, whose units stand in their
-/// metadata under `unit`.
+/// The columns of an answer to a table of this schema: the kept columns, then those of the answer, whose units
+/// are in their metadata under `unit`.
 ///
 /// # Errors
-/// [`Error::NoColumn`], [`Error::AmbiguousColumn`] where a column to keep is not there or there more than once;
-/// [`Error::Option`] where it would stand twice.
+/// [`Error::NoColumn`], [`Error::AmbiguousColumn`] if a column to keep does not exist or exists more than once;
+/// [`Error::Option`] if it would appear twice.
 pub fn schema(table: &Schema, options: &Options) -> Result<Schema, Error> {
     let own = contents(options.method);
     let mut fields = Vec::new();
@@ -221,7 +221,7 @@ pub fn schema(table: &Schema, options: &Options) -> Result<Schema, Error> {
         }
         fields.push(field.clone());
     }
-    // Every number may be missing; engines want the same of every batch.
+    // Every number may be missing, and engines need the same schema for every batch.
     fields.extend(own.iter().map(|(name, content)| {
         let field = Field::new(*name, content.data_type(), true);
         let unit = unit(name, options);
@@ -230,10 +230,10 @@ pub fn schema(table: &Schema, options: &Options) -> Result<Schema, Error> {
     Ok(Schema::new(fields))
 }
 
-/// The key of a column's metadata under which its unit stands.
+/// The key of a column's metadata that holds its unit.
 const UNIT: &str = "unit";
 
-/// The unit of a column of the answer's own; empty of a pure number, and where that of the traces is not known.
+/// The unit of a column of the answer; empty for a pure number, or if the unit of the traces is not known.
 fn unit(name: &str, options: &Options) -> String {
     let parameters = [
         ("frequency_", Parameter::Frequency),
@@ -254,25 +254,25 @@ fn unit(name: &str, options: &Options) -> String {
     }
 }
 
-/// The columns of the answer's own, as long as the table from the start: rows are written where they end up.
+/// The columns of the answer, allocated for the whole table at the start, so that rows are written in place.
 pub(crate) struct Columns {
     contents: Vec<(&'static str, Content)>,
     rows: usize,
     memory: Vec<Memory>,
 }
 
-/// The rows of one column.
+/// The values of one column.
 enum Memory {
-    /// What stands in most rows.
+    /// The text of most rows.
     Text(&'static str),
     Number(Vec<f64>),
     Count(Vec<i64>),
     Flag(Vec<Flag>),
 }
 
-/// Some neighbouring rows of one column, to be written.
+/// Some neighbouring rows of one column, to be written to.
 enum Place<'a> {
-    /// Text of those rows that have another than fits without warnings.
+    /// The rows whose text differs from that of fits without warnings.
     Text(Vec<(usize, String)>),
     Number(&'a mut [f64]),
     Count(&'a mut [i64]),
@@ -286,13 +286,13 @@ pub(crate) struct Part<'a> {
     places: Vec<Place<'a>>,
 }
 
-/// What of a part does not stand in the columns' memory: for each column ...
+/// The data of a part that are not stored in the columns' memory: for each column ...
 pub(crate) struct Rest(Vec<Left>);
 
 struct Left {
     /// ... whether a value is missing,
     missing: bool,
-    /// the text of rows that have another than fits without warnings.
+    /// and the rows whose text differs from that of fits without warnings.
     text: Vec<(usize, String)>,
 }
 
@@ -309,7 +309,7 @@ impl Columns {
         Self { contents, rows, memory }
     }
 
-    /// The columns cut into parts of so many rows.
+    /// Divides the columns into parts of `size` rows.
     pub(crate) fn parts(&mut self, size: usize) -> Vec<Part<'_>> {
         let Self { contents, rows, memory } = self;
         let mut parts: Vec<Part<'_>> = (0..*rows)
@@ -328,7 +328,7 @@ impl Columns {
         parts
     }
 
-    /// The answer: the columns to keep, then these.
+    /// The answer: the kept columns, then these.
     pub(crate) fn joined(
         self,
         rests: &[Rest],
@@ -363,7 +363,7 @@ impl Columns {
     }
 }
 
-/// A column of text: the usual in every row but these.
+/// A column of text: `usual` in every row except `others`.
 fn texts(rows: usize, usual: &str, others: &[&(usize, String)]) -> Result<StringArray, Error> {
     let length: usize = others.iter().map(|(_, text)| text.len()).sum();
     let length = length + (rows - others.len()) * usual.len();
@@ -376,7 +376,7 @@ fn texts(rows: usize, usual: &str, others: &[&(usize, String)]) -> Result<String
     let usually = |until: usize, bytes: &mut String, ends: &mut Vec<i32>| {
         let (before, count) = (bytes.len(), until - (ends.len() - 1));
         bytes.extend(std::iter::repeat_n(usual, count));
-        // Within the length that was checked.
+        // Within the length that was checked above.
         ends.extend((1..=count).map(|i| (before + i * usual.len()) as i32));
     };
     for (row, text) in others {
@@ -394,7 +394,7 @@ impl Part<'_> {
         self.first
     }
 
-    /// Writes fits from a row on.
+    /// Writes fits, starting at a row.
     pub(crate) fn write_fits(&mut self, row: usize, fits: &Fits<'_>) {
         let range = row - self.first..row - self.first + fits.fits.len();
         for ((_, content), place) in self.contents.iter().zip(&mut self.places) {
@@ -407,7 +407,7 @@ impl Part<'_> {
         }
     }
 
-    /// Writes a row, over a fit that may stand there; rows come in their order.
+    /// Writes a row, replacing a fit in its place; rows come in order.
     pub(crate) fn write(&mut self, row: usize, answer: &Row) {
         let at = row - self.first;
         for ((_, content), place) in self.contents.iter().zip(&mut self.places) {
@@ -426,7 +426,7 @@ impl Part<'_> {
         }
     }
 
-    /// What is left to be joined.
+    /// What remains to be joined.
     pub(crate) fn rest(self) -> Rest {
         let left = |place| match place {
             Place::Text(text) => Left { missing: false, text },

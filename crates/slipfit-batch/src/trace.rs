@@ -29,7 +29,7 @@ pub(crate) struct Input<'a> {
     pub(crate) unit: &'a str,
 }
 
-/// Memory that every row of a thread uses again.
+/// Memory that a thread reuses for every row.
 #[derive(Default)]
 pub(crate) struct Scratch {
     pub(crate) signal: Vec<f64>,
@@ -37,19 +37,19 @@ pub(crate) struct Scratch {
     pub(crate) times: Vec<f64>,
 }
 
-/// What one row has beside its traces.
+/// Data of one row other than its traces.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Beside {
-    /// `None` where times stand in a column.
+    /// `None` if times are given in a column.
     pub(crate) interval_s: Option<f64>,
     pub(crate) frequency_hz: Option<f64>,
     pub(crate) min_amplitude: Option<f64>,
-    /// Which of these two the row has none of, though the options name a column of them.
+    /// Which of the two values before are missing in this row although the options name a column for them.
     pub(crate) missing: [bool; 2],
 }
 
 impl Beside {
-    /// Codes of warnings about numbers that are missing; the losses need neither.
+    /// Codes of warnings about missing numbers; the losses do not depend on them.
     pub(crate) fn warnings(&self) -> [(&'static str, bool); 2] {
         [("no_frequency", self.missing[0]), ("no_min_amplitude", self.missing[1])]
     }
@@ -90,7 +90,7 @@ impl<'a> Input<'a> {
         })
     }
 
-    /// The numbers of a row; a reason where the interval is missing or one is not above zero.
+    /// The numbers of a row; an error if the interval is missing or one of them is not above zero.
     pub(crate) fn beside(&self, row: usize) -> Result<Beside, String> {
         let number = |name: &str, numbers: &Option<Numbers>| match numbers {
             None => Ok(None),
@@ -114,7 +114,7 @@ impl<'a> Input<'a> {
         })
     }
 
-    /// The numbers of every row, where they are the same: [`Options`] checked them.
+    /// The numbers common to all rows, if there are such; [`Options`] checked them.
     pub(crate) fn beside_all(&self) -> Option<Beside> {
         let same = |numbers: &Option<Numbers>| match numbers {
             None => Some(None),
@@ -129,12 +129,12 @@ impl<'a> Input<'a> {
         })
     }
 
-    /// Whether rows are amplitudes and nothing else, at even intervals.
+    /// Whether rows hold only amplitudes at constant intervals.
     pub(crate) fn is_plain(&self) -> bool {
         self.quadrature.is_none() && self.times.is_none() && self.min_amplitude.is_none()
     }
 
-    /// The times of a row of so many samples, where they stand in a column.
+    /// The times of a row of `samples` samples, if they are given in a column.
     pub(crate) fn times<'t>(
         &'t self,
         row: usize,
@@ -154,7 +154,7 @@ pub(crate) fn column<'a>(batch: &'a RecordBatch, name: &str) -> Result<&'a Array
     place(batch.schema_ref(), name).map(|at| batch.column(at))
 }
 
-/// Where the values of each row stand.
+/// Position of the values of each row.
 struct Places<'a> {
     rows: usize,
     nulls: Option<&'a NullBuffer>,
@@ -170,7 +170,7 @@ enum Offsets<'a> {
 }
 
 impl<'a> Places<'a> {
-    /// The places, and the values of all rows; `None` of what is no list.
+    /// The positions, and the values of all rows; `None` if this is not a list.
     fn new(lists: &'a ArrayRef) -> Option<(Self, &'a ArrayRef)> {
         let (offsets, values) = match lists.data_type() {
             DataType::List(_) => {
@@ -186,20 +186,20 @@ impl<'a> Places<'a> {
                 // Slices of a fixed-size list have sliced values.
                 (Offsets::Fixed(usize::try_from(*size).unwrap_or(0)), held.values())
             }
-            // Tables that do not declare their columns, as those of pandas, have this type where every row is null
-            // and where there is none: parts of a larger one among them.
+            // Tables without declared column types, such as those of pandas, have this type if every row is null
+            // or there is no row; this may be a part of a larger table.
             DataType::Null => (Offsets::Nowhere, lists),
             _ => return None,
         };
         Some((Self { rows: lists.len(), nulls: lists.nulls(), offsets }, values))
     }
 
-    /// Where the values of a row stand, `None` where it is null.
+    /// Position of the values of a row; `None` if it is null.
     fn of(&self, row: usize) -> Option<Range<usize>> {
         if self.nulls.is_some_and(|nulls| nulls.is_null(row)) {
             return None;
         }
-        // Offsets are not negative and within the values: Arrow checks them.
+        // Offsets are not negative and lie within the values: Arrow checks them.
         Some(match self.offsets {
             Offsets::Small(offsets) => offsets[row] as usize..offsets[row + 1] as usize,
             Offsets::Large(offsets) => offsets[row] as usize..offsets[row + 1] as usize,
@@ -215,13 +215,13 @@ pub(crate) struct Lists<'a> {
     values: Values<'a>,
 }
 
-/// The numbers of a row as they lie in memory.
+/// The numbers of a row in the type they have in memory.
 enum Held<'a> {
     Doubles(&'a [f64]),
     Singles(&'a [f32]),
 }
 
-/// The numbers of all rows as they lie in memory.
+/// The numbers of all rows in the type they have in memory.
 pub(crate) enum Kind<'a> {
     Doubles(&'a [f64]),
     Singles(&'a [f32]),
@@ -229,17 +229,17 @@ pub(crate) enum Kind<'a> {
 
 /// The numbers of all rows.
 enum Values<'a> {
-    /// As they are needed.
+    /// In a type that is used as it is.
     Doubles(&'a [f64]),
     Singles(&'a [f32]),
-    /// Converted once; null is NaN.
+    /// Converted once; null becomes NaN.
     Converted(Vec<f64>),
 }
 
-/// How numbers are written.
+/// Scale of the numbers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Scale {
-    /// In another unit, or in that wanted with the factor 1.
+    /// In another unit, or, with the factor 1, in the wanted unit.
     Factor(f64),
     /// As levels in dB.
     Level,
@@ -249,7 +249,7 @@ impl Scale {
     fn of(self, number: f64) -> f64 {
         match self {
             Self::Factor(factor) => number * factor,
-            // Minus infinity is no amplitude of zero but a reading without one.
+            // Minus infinity is not an amplitude of zero but a missing reading.
             Self::Level if !number.is_finite() => f64::NAN,
             Self::Level => 10f64.powf(number / 20.0),
         }
@@ -265,7 +265,7 @@ impl<'a> Lists<'a> {
         })
     }
 
-    /// Lists whose values this function makes doubles of, where they are none, on their scale.
+    /// Lists whose values this function converts to doubles on their scale, if they are not doubles already.
     fn converted_by(convert: Convert, lists: &'a ArrayRef, scale: Scale) -> Option<Self> {
         let (places, values) = Places::new(lists)?;
         let values = match values.data_type() {
@@ -284,7 +284,7 @@ impl<'a> Lists<'a> {
         Some(Self { places, values })
     }
 
-    /// The numbers of all rows, of which each has its [`place`](Self::place).
+    /// The numbers of all rows; [`place`](Self::place) gives the position of each row.
     pub(crate) fn kind(&self) -> Kind<'_> {
         match &self.values {
             Values::Doubles(values) => Kind::Doubles(values),
@@ -293,12 +293,12 @@ impl<'a> Lists<'a> {
         }
     }
 
-    /// Where the numbers of a row stand, `None` where it is null.
+    /// Position of the numbers of a row; `None` if it is null.
     pub(crate) fn place(&self, row: usize) -> Option<Range<usize>> {
         self.places.of(row)
     }
 
-    /// The numbers of a row where they lie, `None` where it is null.
+    /// The numbers of a row without conversion; `None` if it is null.
     fn held(&self, row: usize) -> Option<Held<'_>> {
         let range = self.place(row)?;
         Some(match &self.values {
@@ -308,7 +308,7 @@ impl<'a> Lists<'a> {
         })
     }
 
-    /// The numbers of a row as doubles, `None` where it is null.
+    /// The numbers of a row as doubles; `None` if it is null.
     pub(crate) fn get<'s>(&'s self, row: usize, scratch: &'s mut Vec<f64>) -> Option<&'s [f64]> {
         Some(match self.held(row)? {
             Held::Doubles(values) => values,
@@ -329,7 +329,7 @@ impl<'a> Lists<'a> {
 enum Times<'a> {
     /// Seconds: numbers as they are, and durations.
     Seconds(Lists<'a>),
-    /// Dates, of which each row counts from its first.
+    /// Dates; each row counts from its first one.
     Dates { places: Places<'a>, stamps: &'a [i64], nulls: Option<&'a NullBuffer>, unit: TimeUnit },
 }
 
@@ -352,7 +352,7 @@ impl<'a> Times<'a> {
         })
     }
 
-    /// The times of a row in seconds, `None` where it is null.
+    /// The times of a row in seconds; `None` if it is null.
     fn get<'s>(&'s self, row: usize, scratch: &'s mut Vec<f64>) -> Option<&'s [f64]> {
         let (places, stamps, nulls, unit) = match self {
             Self::Seconds(lists) => return lists.get(row, scratch),
@@ -361,7 +361,8 @@ impl<'a> Times<'a> {
         let range = places.of(row)?;
         let known = |at: usize| nulls.is_none_or(|nulls| nulls.is_valid(at));
         let first = range.clone().find(|at| known(*at)).map_or(0, |at| stamps[at]);
-        // Counts are subtracted before they are doubles, which have too few digits for nanoseconds since 1970.
+        // Counts are subtracted before conversion to doubles, which have too few digits for nanoseconds since
+        // 1970.
         let time = |at: usize| (i128::from(stamps[at]) - i128::from(first)) as f64 / per_second(*unit);
         scratch.clear();
         scratch.extend(range.map(|at| if known(at) { time(at) } else { f64::NAN }));
@@ -376,7 +377,7 @@ enum Numbers {
 }
 
 impl Numbers {
-    /// Those of a column.
+    /// The numbers of a column.
     fn each(
         batch: &RecordBatch,
         name: &str,
@@ -404,7 +405,7 @@ impl Numbers {
     }
 }
 
-/// What makes doubles of values, null as NaN; `None` where they are of another type.
+/// Converts values to doubles, null to NaN; `None` if they have another type.
 type Convert = fn(&ArrayRef) -> Option<Vec<f64>>;
 
 fn doubles<T: ArrowPrimitiveType>(values: &ArrayRef, double: impl Fn(T::Native) -> f64) -> Vec<f64> {
@@ -412,7 +413,7 @@ fn doubles<T: ArrowPrimitiveType>(values: &ArrayRef, double: impl Fn(T::Native) 
     held.iter().map(|v| v.map_or(f64::NAN, &double)).collect()
 }
 
-/// Numbers of any type as doubles, null as NaN; `None` of what is no number.
+/// Numbers of any type as doubles, null as NaN; `None` if they are not numbers.
 fn converted(values: &ArrayRef) -> Option<Vec<f64>> {
     let scaled = |scale: i8| {
         let power = 10f64.powi(i32::from(scale.unsigned_abs()));
@@ -447,25 +448,25 @@ fn converted(values: &ArrayRef) -> Option<Vec<f64>> {
             let value = scaled(*scale);
             doubles::<Decimal256Type>(values, |v| value(wide(v)))
         }
-        // A column of nothing but nulls.
+        // A column that contains only nulls.
         DataType::Null => vec![f64::NAN; values.len()],
         _ => return None,
     })
 }
 
-/// A whole number of 256 bits as a double.
+/// A 256-bit integer as a double.
 fn wide(value: i256) -> f64 {
     let (low, high) = value.to_parts();
-    // In two parts a small number below zero would be the difference of two large ones.
+    // In two parts, a small negative number would be the difference of two large ones.
     value.to_i128().map_or_else(|| high as f64 * 2f64.powi(128) + low as f64, |v| v as f64)
 }
 
-/// Whether values have a unit of time of their own.
+/// Whether the type of the values includes a unit of time.
 fn is_duration(values: &ArrayRef) -> bool {
     matches!(values.data_type(), DataType::Duration(_))
 }
 
-/// [`converted`], and durations in seconds.
+/// [`converted`], with durations in seconds.
 fn seconds(values: &ArrayRef) -> Option<Vec<f64>> {
     let DataType::Duration(unit) = values.data_type() else { return converted(values) };
     let second = |v: i64| v as f64 / per_second(*unit);
@@ -477,7 +478,7 @@ fn seconds(values: &ArrayRef) -> Option<Vec<f64>> {
     })
 }
 
-/// Dates as counts of their unit; `None` of what is none.
+/// Dates as counts of their unit; `None` if they are not dates.
 fn stamps(values: &ArrayRef) -> Option<(&[i64], TimeUnit)> {
     let DataType::Timestamp(unit, _) = values.data_type() else { return None };
     let counts = match unit {

@@ -1,4 +1,4 @@
-//! Every row of a table has its row of answer.
+//! Every row of a table gets its row of answer.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
 use arrow_array::builder::{FixedSizeListBuilder, LargeListBuilder, ListBuilder, PrimitiveBuilder};
@@ -72,7 +72,7 @@ fn every_kind_of_list_gives_one_answer() {
         assert!((number(&whole, "sliding_rate", 2).unwrap() - 0.2).abs() < 1e-9);
         assert!((number(&whole, "decay_rate_per_s", 0).unwrap() - 0.7).abs() < 1e-9);
         assert_eq!((text(&whole, "status", 1), text(&whole, "reason", 1)), ("done", ""));
-        // A slice of a column begins elsewhere in its memory.
+        // A slice of a column begins at an offset in its memory.
         let part = fit_batch(&batch(column.slice(1, 2)), &options()).unwrap();
         assert_eq!(part, whole.slice(1, 2));
     }
@@ -127,7 +127,8 @@ fn a_row_that_fails_is_a_row_with_its_reason() {
     assert!((number(&answer, "sliding_rate", 5).unwrap() - 0.2).abs() < 1e-9);
 }
 
-/// Rows are fitted in blocks: done, warned, failed and of another length, each is what it is alone.
+/// Rows are fitted in blocks: rows that are done, warned, failed or of another length are answered as each is
+/// alone.
 #[test]
 fn the_answer_to_a_row_does_not_depend_on_its_neighbours() {
     let noise = |i: usize| 1e-3 * (7.7 * (i * i % 1009) as f64).sin();
@@ -159,7 +160,7 @@ fn the_answer_to_a_row_does_not_depend_on_its_neighbours() {
     for (i, row) in rows.iter().enumerate() {
         let (status, reason) = (text(&whole, "status", i), text(&whole, "reason", i));
         *told.entry((status, reason)).or_insert(0) += 1;
-        // A short trace beside none of its length is fitted side by side, as the first of its table.
+        // Alone in its table, a short trace sets the common length, so that the joint fit takes it.
         if i % 11 != 5 {
             assert_eq!(fit_batch(&batch(column.slice(i, 1)), &options).unwrap(), whole.slice(i, 1), "{i}");
         }
@@ -244,7 +245,7 @@ fn times_stand_in_lists() {
 
 #[test]
 fn a_trace_is_followed_down_to_the_least_amplitude() {
-    // At rest from 0.7 s on: the samples behind belong to no decay.
+    // At rest from 0.7 s on: the samples after that belong to no decay.
     let mut trace = decay(0.9, 1.0, 300);
     let stop = trace.iter().position(|a| *a < 0.01).unwrap();
     trace[stop..].fill(0.0);
@@ -256,7 +257,7 @@ fn a_trace_is_followed_down_to_the_least_amplitude() {
     assert!((rate(&options) - 0.9).abs() < 1e-6);
 }
 
-/// A sum of twelve uniform numbers, as good as normal.
+/// A sum of twelve uniform numbers, nearly normal.
 fn normal(i: usize) -> f64 {
     let uniform = |j: usize| {
         let mut z = ((12 * i + j) as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
@@ -267,7 +268,7 @@ fn normal(i: usize) -> f64 {
     (0..12).map(uniform).sum::<f64>() - 6.0
 }
 
-/// Rest behind a stop took friction for damping, and a noise floor hid it, each without a word.
+/// Without a warning, rest after the stop turned friction into damping, and a noise floor hid friction.
 #[test]
 fn what_is_no_such_decay_is_warned_of() {
     const N: usize = 400;
@@ -311,7 +312,7 @@ fn lock_in_outputs_and_oscillations_are_analysed() {
     );
     options.unit = "rad".into();
     let answer = fit_batch(&table, &options).unwrap();
-    // One row is what the analysis of its record is.
+    // A row gives the same as the analysis of its record.
     let record = slipfit::Record::uniform(500.0, swing).unwrap().with_unit("rad");
     let alone = slipfit::ringdown::analyse(&record, &Default::default()).unwrap();
     let x_f = alone.parameter(slipfit::Parameter::FRICTION_DISPLACEMENT).unwrap();
@@ -447,7 +448,7 @@ fn columns_are_found_once_and_options_meant_for_others_are_refused() {
 
 #[test]
 fn dates_count_from_the_first_of_their_row() {
-    // From one end of the calendar to the other: differences are beyond the whole numbers of 64 bits.
+    // From one end of the calendar to the other: the differences exceed 64-bit integers.
     let ends = |i: i64| i64::MIN + 4 * i * (i64::MAX / 800);
     let nanoseconds = (0..200).map(|i| Some(ends(i)));
     let late = (0..200).map(|i| (i > 0).then_some(1_800_000_000_000_000_000 + 10_000_000 * i));
@@ -465,7 +466,7 @@ fn dates_count_from_the_first_of_their_row() {
     let answer = fit_batch(&table, &options).unwrap();
     let scale = DT / (4.0 * (i64::MAX / 800) as f64 * 1e-9);
     assert!((number(&answer, "sliding_rate", 0).unwrap() / scale - 0.2).abs() < 1e-6);
-    // The sample without a date is left out, and the row begins with the next.
+    // The sample without a date is left out, and the row begins with the next one.
     assert!((number(&answer, "sliding_rate", 1).unwrap() - 0.2).abs() < 1e-9);
     assert!((number(&answer, "initial_amplitude", 1).unwrap() - decay(0.2, 0.7, 2)[1]).abs() < 1e-9);
 }
@@ -488,7 +489,7 @@ fn times_that_go_backwards_fail_their_row() {
     assert!(reason.value(1).starts_with("time goes backwards at sample 1"), "{}", reason.value(1));
 }
 
-/// Each column of the answer has its unit, of velocities the friction displacement that of a length.
+/// Each column of the answer has its unit; for velocities, the friction displacement has that of a length.
 #[test]
 fn columns_name_their_units() {
     let table = batch(lists::<Float64Type>(&[Some(decay(0.2, 0.7, 300))], |v| v));
