@@ -1,12 +1,12 @@
-//! The commit this was built from, where that can be known without asking a network; and the page of `slipfit app`.
+//! Embeds the commit of the build, if it can be found without a network, and the page of `slipfit app`.
 
 use std::path::Path;
 #[cfg(feature = "app")]
 use std::path::PathBuf;
 use std::process::Command;
 
-/// Where this crate lies in its own repository. A copy inside another one, vendored
-/// perhaps, must not take that one's commit for its own.
+/// Path of this crate in its own repository. A copy inside another repository, such as a vendored one, must not
+/// report the commit of that repository.
 const PLACE: &str = "crates/slipfit-cli/";
 
 fn main() {
@@ -18,23 +18,23 @@ fn main() {
     }
 }
 
-/// From the note that `cargo package` leaves beside the manifest.
+/// The commit from the file that `cargo package` puts next to the manifest.
 fn packaged() -> Option<String> {
     let note = Path::new(&std::env::var_os("CARGO_MANIFEST_DIR")?).join(".cargo_vcs_info.json");
-    // Named only where it exists: a missing file would make every build run this again.
+    // Named only if it exists: a missing file would make every build run this again.
     let text = std::fs::read_to_string(&note).ok()?;
     println!("cargo:rerun-if-changed={}", note.display());
     let after = text.split_once("\"sha1\"")?.1;
     short(after.split('"').nth(1)?)
 }
 
-/// From the repository around this crate.
+/// The commit from the repository around this crate.
 fn checked_out() -> Option<String> {
     if git(&["rev-parse", "--show-prefix"])? != PLACE {
         return None;
     }
-    // The log of HEAD grows with every commit, checkout and reset. Where it is switched off,
-    // HEAD and the branches move instead.
+    // The log of HEAD grows with every commit, checkout and reset. If it is switched off, HEAD and the branches
+    // change instead.
     let log = git(&["rev-parse", "--git-path", "logs/HEAD"]);
     let watched: &[&str] = match log.filter(|log| Path::new(log).is_file()) {
         Some(_) => &["HEAD", "logs/HEAD"],
@@ -52,14 +52,14 @@ fn short(commit: &str) -> Option<String> {
     (commit.len() >= 12 && commit.bytes().all(|b| b.is_ascii_hexdigit())).then(|| commit[..12].to_owned())
 }
 
-/// A word from git, started in this crate's folder; none where it, or a repository, is missing.
+/// A word of git's output, run in this crate's folder; `None` if git or a repository is missing.
 fn git(arguments: &[&str]) -> Option<String> {
     let output = Command::new("git").args(arguments).output().ok()?;
     let said = String::from_utf8(output.stdout).ok()?;
     output.status.success().then(|| said.trim().to_owned())
 }
 
-/// Writes `SITE`, the files below the folder that `SLIPFIT_SITE` names, packed; none where it names none.
+/// Writes `SITE`, the packed files of the folder that `SLIPFIT_SITE` names; empty if it is not set.
 #[cfg(feature = "app")]
 fn pack_site() {
     println!("cargo:rerun-if-env-changed=SLIPFIT_SITE");
@@ -82,7 +82,7 @@ fn pack_site() {
     std::fs::write(out.join("site.rs"), text).expect("the list of the page's files is written");
 }
 
-/// Paths below a folder, but that of the worker that keeps the page: this server is there only now.
+/// Paths below a folder, except the service worker that caches the page: this server exists only for one run.
 #[cfg(feature = "app")]
 fn collect(folder: &Path, before: &str, files: &mut Vec<String>) {
     for entry in std::fs::read_dir(folder).expect("the page can be read").flatten() {
@@ -95,7 +95,7 @@ fn collect(folder: &Path, before: &str, files: &mut Vec<String>) {
     }
 }
 
-/// A file of the page packed by gzip; the page itself is told where it comes from.
+/// A file of the page, compressed by gzip; the page itself is marked as served by this program.
 #[cfg(feature = "app")]
 fn pack(folder: &Path, name: &str) -> Vec<u8> {
     use std::io::Write as _;

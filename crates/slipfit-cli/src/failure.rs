@@ -1,4 +1,4 @@
-//! Why a command failed, and what would help.
+//! Failures of commands, with hints.
 
 use anstyle::{AnsiColor, Style};
 use slipfit::Error;
@@ -17,17 +17,17 @@ pub(crate) const WARNED: u8 = 1;
 /// Exit status of a failure; clap uses the same for a wrong command line.
 pub(crate) const FAILED: u8 = 2;
 
-/// `slipfit app` of a program that has no page in it, and what helps.
+/// The error of `slipfit app` in a program without the page, and the hint for it.
 pub(crate) const WITHOUT_PAGE: &str = "this slipfit was built without the page of the browser";
 pub(crate) const BUILD_PAGE: &str = "`cargo xtask web` builds the page into target/site; SLIPFIT_SITE names that \
     folder where slipfit is built with --features app";
 
-/// A failure as the person sees it; exit status [`FAILED`].
+/// A failure as shown to the user; exit status [`FAILED`].
 #[derive(Debug)]
 pub(crate) enum Failure {
     /// An error with its message.
     Message(Complaint),
-    /// The reader of the output has gone: there is nobody to tell.
+    /// The reader of the output has closed the pipe: nobody is left to be told.
     ClosedPipe,
 }
 
@@ -57,7 +57,7 @@ impl Failure {
         }
     }
 
-    /// Output that could not be written.
+    /// The failure of writing to an output.
     pub(crate) fn writing(target: &str, error: &std::io::Error) -> Self {
         if error.kind() == std::io::ErrorKind::BrokenPipe {
             return Self::ClosedPipe;
@@ -65,7 +65,7 @@ impl Failure {
         Self::new(format!("{target}: cannot be written: {error}"))
     }
 
-    /// An analysis that could not be done.
+    /// The failure of an analysis.
     pub(crate) fn analysing(what: Analysis, file: &Path, error: &Error) -> Self {
         match error {
             Error::Parameter { name, value, range } => {
@@ -101,13 +101,13 @@ impl Failure {
         Self::new(format!("{}: {error}", file.display())).hints(&error.hints(what))
     }
 
-    /// The same with what helps, if anything does.
+    /// The same with hints, if there are any.
     pub(crate) fn hints(self, hints: &[Hint]) -> Self {
         if hints.is_empty() { self } else { self.hint(hint::spelled(hints, &spelled)) }
     }
 }
 
-/// An option of a library with its value, as this program takes it: `--band 79 82`, `slipfit levels`.
+/// An option of a library with its value, in the syntax of this program: `--band 79 82`, `slipfit levels`.
 pub(crate) fn spelled(option: &'static str, value: Option<&HintValue>) -> String {
     if let ("analysis", Some(analysis)) = (option, value) {
         return format!("slipfit {analysis}");
@@ -124,7 +124,7 @@ pub(crate) fn spelled(option: &'static str, value: Option<&HintValue>) -> String
     }
 }
 
-/// The flag that sets an option of a library, where it is not the option's name.
+/// The flag that sets an option of a library, if it differs from the option's name.
 fn flag(name: &str) -> &str {
     match name {
         "start_s" => "--start",
@@ -163,7 +163,7 @@ impl fmt::Display for Complaint {
     }
 }
 
-/// Something to know about how the program is used, for standard error.
+/// A note on how the program is used, for standard error.
 pub(crate) fn note_line(text: &str) -> String {
     hanging("note:", HINT, text)
 }

@@ -1,5 +1,5 @@
-//! Interrupts (Ctrl-C): a half-written file is removed; a run over many files finishes those it has begun,
-//! where that takes no longer than a second.
+//! Interrupts (Ctrl-C): a half-written file is removed; a run over many files finishes the files it has begun, if
+//! that takes less than a second.
 
 use crate::failure::Failure;
 use std::path::{Path, PathBuf};
@@ -9,37 +9,37 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-/// Exit status after an interrupt, as shells have it: 128 and the signal's number.
+/// Exit status after an interrupt, by the convention of shells: 128 plus the number of the signal.
 pub(crate) const INTERRUPTED: u8 = 130;
 
-/// Whether the first interrupt only asks for an end.
+/// Whether the first interrupt only requests an end.
 static PATIENT: AtomicBool = AtomicBool::new(false);
 static ASKED: AtomicBool = AtomicBool::new(false);
-/// Whether nothing is analysed any more: what is left is quick and makes the outputs whole.
+/// Whether the analyses are finished: the rest is quick and completes the outputs.
 static CLOSING: AtomicBool = AtomicBool::new(false);
-/// What the files begun may take after an interrupt.
+/// Time allowed after an interrupt for the files that have been begun.
 const PATIENCE: Duration = Duration::from_millis(700);
-/// Files to remove should the program end now.
+/// Files to remove if the program ends now.
 static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
-/// From here on an interrupt ends the program with [`INTERRUPTED`], half-written files removed.
+/// From here on, an interrupt ends the program with [`INTERRUPTED`] and removes half-written files.
 pub(crate) fn begin() {
-    // Without a handler the system ends the program.
+    // Without a handler, the system ends the program.
     let _ = handle();
 }
 
-/// The files are done: an interrupt no longer cuts what follows, a second one does.
+/// The files are done: one interrupt no longer stops what follows, a second one does.
 pub(crate) fn closing() {
     CLOSING.store(true, Ordering::SeqCst);
 }
 
-/// From here on an interrupt asks for an end; a second one ends the program at once.
+/// From here on, an interrupt requests an end; a second one ends the program at once.
 pub(crate) fn watch() -> Result<(), Failure> {
     PATIENT.store(true, Ordering::SeqCst);
     handle().map_err(|e| Failure::new(format!("interrupts cannot be handled: {e}")))
 }
 
-/// Whether there was one.
+/// Whether an end was requested.
 pub(crate) fn asked() -> bool {
     ASKED.load(Ordering::SeqCst)
 }
@@ -65,12 +65,12 @@ fn handle() -> Result<(), String> {
     HANDLER.get_or_init(|| ctrlc::set_handler(interrupted).map_err(|e| e.to_string())).clone()
 }
 
-/// A file that an interrupt removes, as long as this lives.
+/// A file that an interrupt removes while this value exists.
 pub(crate) struct Unfinished(PathBuf);
 
 impl Unfinished {
     pub(crate) fn new(path: &Path) -> Self {
-        // Without a handler the file stays where it is: no reason not to write.
+        // Without a handler the file stays where it is, which is no reason not to write it.
         let _ = handle();
         UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner).push(path.to_owned());
         Self(path.to_owned())

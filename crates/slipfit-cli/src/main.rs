@@ -16,7 +16,7 @@ use std::process::ExitCode;
 fn main() -> ExitCode {
     let report = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
-        // A decoder that gives up on a broken file: the error tells it.
+        // A panic of a decoder on a broken file is reported as an error instead.
         if !slipfit_io::panic_becomes_error() {
             report(panic);
         }

@@ -1,13 +1,13 @@
-//! What is shown while something takes long: on a terminal, on standard error, and nowhere else.
+//! Progress display for long work: only on a terminal, on standard error.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;
 use std::time::Duration;
 
-/// What is done within this time needs no sign of life.
+/// Work that is done within this time shows no progress.
 const PATIENCE: Duration = Duration::from_secs(1);
-/// Between two pictures of a spinner.
+/// Time between two frames of a spinner.
 const TICK: Duration = Duration::from_millis(120);
 
 /// A bar that counts to `length`; `shown` has `{pos}` and `{len}`, or `{bytes}` and `{total_bytes}`.
@@ -20,7 +20,7 @@ pub(crate) fn bar(length: u64, shown: &str, quiet: bool) -> ProgressBar {
     bar
 }
 
-/// Turns a bar into a spinner beside `message`.
+/// Turns a bar into a spinner with `message`.
 pub(crate) fn spin(bar: &ProgressBar, message: &'static str) {
     if let Ok(style) = ProgressStyle::with_template("{spinner} {msg}, {elapsed}") {
         bar.set_style(style);
@@ -29,7 +29,7 @@ pub(crate) fn spin(bar: &ProgressBar, message: &'static str) {
     bar.enable_steady_tick(TICK);
 }
 
-/// Does `work`, with a spinner from the second second on.
+/// Does `work`, with a spinner after the first second.
 pub(crate) fn watched<T>(message: &'static str, quiet: bool, work: impl FnOnce() -> T) -> T {
     let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
     if quiet || bar.is_hidden() {
@@ -41,7 +41,7 @@ pub(crate) fn watched<T>(message: &'static str, quiet: bool, work: impl FnOnce()
             if waiting.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Timeout) {
                 bar.reset_elapsed();
                 spin(&bar, message);
-                // Ends with an error once `done` is gone, after a panic as well.
+                // Returns an error once `done` is dropped, also after a panic.
                 let _ = waiting.recv();
                 bar.finish_and_clear();
             }

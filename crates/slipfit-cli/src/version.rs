@@ -1,8 +1,8 @@
-//! Which slipfit this is, and how it was called.
+//! Version of the program and how it was called.
 
 use slipfit_report::Provenance;
 
-/// Version, and the commit it was built from where that is known: `0.1.0 (0123456789ab)`.
+/// Version, and the commit of the build if it is known: `0.1.0 (0123456789ab)`.
 pub(crate) fn long() -> String {
     match option_env!("SLIPFIT_COMMIT") {
         Some(commit) => format!("{} ({commit})", env!("CARGO_PKG_VERSION")),
@@ -15,7 +15,7 @@ pub(crate) fn provenance() -> Provenance {
     Provenance { version: long(), call: quoted(arguments()) }
 }
 
-/// The words typed behind the program's name; what is no text is replaced by signs.
+/// The words typed after the program's name; bytes that are not text are replaced.
 pub(crate) fn arguments() -> impl Iterator<Item = String> {
     std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned())
 }

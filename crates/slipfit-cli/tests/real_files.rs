@@ -1,4 +1,4 @@
-//! The command on measured files: each resonance curve lands in its band or is flagged.
+//! The command on measured files: each resonance curve gives a result in its expected range or a warning.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
 mod common;
@@ -76,7 +76,7 @@ fn wheel_with_a_jump_is_flagged() {
 fn compound_pendulum_in_its_own_unit() {
     let a = answer("compound_pendulum_rad_per_s.csv", &["--frequency-unit", "rad/s"]);
     in_band(&a, "natural_frequency_hz", [0.690, 0.704]);
-    // The whole loss; bearings and air have their part in it.
+    // The total loss, to which bearings and air contribute.
     let whole = a["paper"]["effective_q_factor"].as_f64().unwrap();
     assert!((3.7..=4.5).contains(&whole), "{whole}");
     let viscous = ["--frequency-unit", "rad/s", "--model", "viscous"];
@@ -107,7 +107,7 @@ fn sloshing_tank_is_near_linear() {
     in_band(&a, "frequency_shift_by_amplitude", [-4.0e-4, -3.0e-4]);
 }
 
-/// Micro-slip in its joint: the harder it is driven, the more of it is lost.
+/// Micro-slip in the joint: the loss increases with the drive.
 fn bolted_beam_loses_its_quality_with_the_force() {
     let q = [1, 2, 3, 4].map(|level| {
         let table = format!("FRdata.ForceControl({level})");
@@ -118,7 +118,7 @@ fn bolted_beam_loses_its_quality_with_the_force() {
     assert!((70.0..=115.0).contains(&q[3]), "{q:?}");
 }
 
-/// The real Table 1: ring-down and resonance of one wheel at one brake current.
+/// Table 1 from real data: ring-down and resonance of one wheel at one brake current.
 fn table_1(sweep: &str) -> Value {
     let data = slipfit_real_data::folder();
     let folder = tempfile::tempdir().unwrap();
@@ -154,7 +154,7 @@ fn the_real_table_1_from_raw_runs() {
     agrees(&table_1("pohl_forced_400mA_raw"));
 }
 
-/// Files that the command given for them refuses, each at once and with a reason.
+/// Files that the command refuses, immediately and with a reason.
 const REFUSED: &[(&str, &str)] = &[
     ("spring_no_time_column.csv", "invalid value 'RATE'"),
     // Fewer than two cycles; no oscillation at all.
@@ -167,11 +167,11 @@ const REFUSED: &[(&str, &str)] = &[
     ("lynch_acc.csv", "fewer than three amplitudes"),
 ];
 
-/// A command that takes so long hangs.
+/// Running time after which a command counts as hanging.
 const HANGS: Duration = Duration::from_secs(20);
 
-/// `inspect` ends on every file, also on one without an oscillation, and the command that it gives
-/// answers or refuses with a reason.
+/// `inspect` ends on every file, even on one without an oscillation, and the command that it suggests answers or
+/// refuses with a reason.
 fn every_command_given_for_a_real_file_runs() {
     for folder in ["ringdown", "sweep", "simulated"] {
         let data = slipfit_real_data::path(folder);

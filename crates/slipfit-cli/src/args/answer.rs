@@ -1,4 +1,4 @@
-//! Where an answer goes.
+//! Options for the output of an answer.
 
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -10,7 +10,7 @@ pub(crate) struct AnswerArgs {
     #[arg(long, value_name = "PATH", help_heading = "Output")]
     pub(crate) json: Option<PathBuf>,
 
-    /// Write a report to hand in as one page of HTML, its pictures inside
+    /// Write the report as one page of HTML, its figures inside
     #[arg(long, value_name = "PATH", help_heading = "Output")]
     pub(crate) html: Option<PathBuf>,
 
@@ -22,7 +22,7 @@ pub(crate) struct AnswerArgs {
     #[arg(long, value_name = "PATH", help_heading = "Output")]
     pub(crate) latex: Option<PathBuf>,
 
-    /// Write the numbers behind the picture as CSV
+    /// Write the numbers behind the figure as CSV
     #[arg(long, value_name = "PATH", help_heading = "Output")]
     pub(crate) csv: Option<PathBuf>,
 
@@ -42,15 +42,15 @@ pub(crate) struct AnswerArgs {
     pub(crate) quiet: bool,
 }
 
-// What may be lost.
+// Options for overwriting files.
 #[derive(Debug, Args)]
 pub(crate) struct ReplaceArgs {
-    /// Replace a file that slipfit did not write; without it such a file is an error
+    /// Replace files that slipfit did not write; otherwise such a file is an error
     #[arg(long, help_heading = "Output")]
     pub(crate) force: bool,
 }
 
-// One row a file.
+// Options for a table of one row per file.
 #[derive(Debug, Args)]
 pub(crate) struct TableArgs {
     /// One row per file as a table, written as files are done: .csv, .json, .md, .tex or .parquet
@@ -63,7 +63,7 @@ pub(crate) struct TableArgs {
 }
 
 impl AnswerArgs {
-    /// The files asked for, with their flags.
+    /// The requested files, with their flags.
     pub(crate) fn files(&self) -> impl Iterator<Item = (&'static str, &Path)> {
         [
             ("--json", &self.json),

@@ -1,4 +1,4 @@
-//! A mechanical constant that turns displacements into forces.
+//! A mechanical constant that converts displacements to forces.
 
 use super::value::{Inertia, Mass, Stiffness, TorsionStiffness, Uncertain};
 use crate::failure::Failure;
@@ -40,7 +40,7 @@ impl CalibrationArgs {
         .find_map(|(given, flag, coordinate)| given.then_some((flag, coordinate)))
     }
 
-    /// Whether the constant fits a signal in `unit`.
+    /// Checks that the constant applies to a signal in `unit`.
     pub(crate) fn check(&self, unit: &str) -> Result<(), Failure> {
         let Some((flag, coordinate)) = self.given() else { return Ok(()) };
         coordinate.check_unit(unit).map_err(|error| {
@@ -49,7 +49,7 @@ impl CalibrationArgs {
         })
     }
 
-    /// What to know where the constant is given and the unit of the signal is not.
+    /// A note for the case that the constant is given and the unit of the signal is not.
     pub(crate) fn unit_note(&self, unit: &str) -> Option<String> {
         let (flag, _) = self.given().filter(|_| unit.trim().is_empty())?;
         Some(format!(

@@ -11,7 +11,7 @@ use slipfit_io::ReadOptions;
 #[derive(Debug, Clone, Default, Args, Deserialize)]
 #[serde(default)]
 pub(crate) struct CurveArgs {
-    /// Format, where the first bytes do not tell it: text, mat, hdf5, parquet, arrow, ...
+    /// Format, if the first bytes do not identify it: text, mat, hdf5, parquet, arrow, ...
     #[arg(long, value_name = "NAME", help_heading = "Reading")]
     format: Option<FormatName>,
 
@@ -19,7 +19,7 @@ pub(crate) struct CurveArgs {
     #[arg(long, value_name = "COL", help_heading = "Reading")]
     frequency: Option<Text>,
 
-    /// Column of the amplitudes (of raw records: of the response)
+    /// Column of the amplitudes (for raw records: of the response)
     #[arg(long, value_name = "COL", help_heading = "Reading")]
     amplitude: Option<Text>,
 
@@ -35,7 +35,7 @@ pub(crate) struct CurveArgs {
     #[arg(long, value_name = "COL", conflicts_with_all = ["amplitude", "phase"], help_heading = "Reading")]
     imaginary: Option<Text>,
 
-    /// Column of the drive: its level at each point, divided out (of raw records: its signal); or none
+    /// Column of the drive: its level at each point, which is divided out (for raw records: its signal); or none
     #[arg(long, value_name = "COL", help_heading = "Reading")]
     drive: Option<Text>,
 
@@ -43,8 +43,8 @@ pub(crate) struct CurveArgs {
     #[arg(long, value_name = "COL", help_heading = "Reading")]
     std_error: Option<Text>,
 
-    /// Unit of the frequencies: Hz, kHz, MHz, rad/s, rpm, s, ms of periods, "log10 Hz" of logarithms, or what 1 stands for
-    /// in a column of ratios, such as "80.1 Hz"
+    /// Unit of the frequencies: Hz, kHz, MHz, rad/s, rpm, s or ms for periods, "log10 Hz" for logarithms, or the
+    /// frequency that 1 stands for in a column of ratios, such as "80.1 Hz"
     #[arg(long, value_name = "UNIT", help_heading = "Reading")]
     frequency_unit: Option<Text>,
 
@@ -56,7 +56,7 @@ pub(crate) struct CurveArgs {
     #[arg(long, value_name = "UNIT", help_heading = "Reading")]
     phase_unit: Option<Text>,
 
-    /// The frequency shifts are counted from [Hz]
+    /// Frequency from which shifts are counted [Hz]
     #[arg(long, alias = "center-hz", value_name = "HZ", help_heading = "Reading")]
     #[serde(alias = "center_hz")]
     centre_hz: Option<Positive>,
@@ -65,7 +65,7 @@ pub(crate) struct CurveArgs {
     #[arg(long, value_enum, value_name = "KIND", help_heading = "Reading", hide_possible_values = true)]
     kind: Option<Kind>,
 
-    /// Which of several sheets, variables or groups: name, part of it, or number
+    /// Which of several sheets, variables or groups: name, part of the name, or number
     #[arg(long, value_name = "NAME", help_heading = "Reading")]
     sheet: Option<Text>,
 

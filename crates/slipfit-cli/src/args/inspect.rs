@@ -13,14 +13,13 @@ Examples:
 
 /// What a file holds and how it would be read, without analysing it.
 ///
-/// Shows the format, every table with its columns and units, the columns that
-/// would be taken and why, the clock with its gaps, how often the signal swings,
-/// the first rows and a small plot, and ends with the command that analyses the
-/// file. Nothing is fitted: it answers at once.
+/// Shows the format, every table with its columns and units, the columns that would be taken and why, the clock
+/// with its gaps, the number of oscillations of the signal, the first rows and a small plot, and ends with the
+/// command that analyses the file. Nothing is fitted, so the answer is immediate.
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP, after_long_help = AFTER_HELP)]
 pub(crate) struct InspectArgs {
-    /// The file, in any format that is known
+    /// The file, in any supported format
     #[arg(value_name = "FILE")]
     pub(crate) file: PathBuf,
 

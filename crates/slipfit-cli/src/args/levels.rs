@@ -18,12 +18,11 @@ Examples:
   slipfit levels lockin.csv --q 9300±200 --frequency-hz 32757 --stiffness 12000
       the same with Q from a ring-down, and forces";
 
-/// Sliding friction from amplitudes at resonance over the level of the drive.
+/// Sliding friction from amplitudes at resonance against the drive level.
 ///
-/// Without sliding friction amplitude is proportional to drive; with it the
-/// line is the same but begins at a threshold 4F/(pi k), below which the mass
-/// sticks. Reads one row for each level, or a curve for each level, of which
-/// the height of the peak is taken.
+/// Without sliding friction, the amplitude is proportional to the drive. With it, the line has the same slope but
+/// begins at a threshold 4F/(pi k), below which the mass sticks. Reads one row for each level, or one curve for
+/// each level, of which the peak height is used.
 #[derive(Debug, Args)]
 #[command(name = "levels", after_help = AFTER_HELP, after_long_help = AFTER_HELP)]
 pub(crate) struct LevelFitArgs {
@@ -48,7 +47,7 @@ pub(crate) struct LevelFitArgs {
 #[derive(Debug, Clone, Default, Args, Deserialize)]
 #[serde(default)]
 pub(crate) struct LevelReadingArgs {
-    /// Format, where the first bytes do not tell it: text, mat, hdf5, parquet, arrow, ...
+    /// Format, if the first bytes do not identify it: text, mat, hdf5, parquet, arrow, ...
     #[arg(long, value_name = "NAME", help_heading = "Reading")]
     format: Option<FormatName>,
 
@@ -80,12 +79,12 @@ pub(crate) struct LevelReadingArgs {
     #[arg(long, value_name = "UNIT", help_heading = "Reading")]
     drive_unit: Option<Text>,
 
-    /// Which of several sheets, variables or groups: name, part of it, or number
+    /// Which of several sheets, variables or groups: name, part of the name, or number
     #[arg(long, value_name = "NAME", help_heading = "Reading")]
     sheet: Option<Text>,
 }
 
-// What is known beside them.
+// Independently known quantities.
 #[derive(Debug, Clone, Default, Args, Deserialize)]
 #[serde(default)]
 pub(crate) struct LevelAnalysisArgs {
@@ -93,18 +92,18 @@ pub(crate) struct LevelAnalysisArgs {
     #[arg(long, value_name = "HZ", help_heading = "Analysis")]
     frequency_hz: Option<Positive>,
 
-    /// Drive amplitude at the base, in the unit of the amplitudes, for one unit of the drive level,
-    /// such as 2.4e-9±0.1e-9
+    /// Drive amplitude at the base, in the unit of the amplitudes, per unit of the drive level, such as
+    /// 2.4e-9±0.1e-9
     #[arg(long, value_name = "G", conflicts_with = "q", help_heading = "Analysis")]
     drive_gain: Option<Uncertain>,
 
-    /// Quality factor of the viscous loss, in place of --drive-gain
+    /// Quality factor of the viscous loss, instead of --drive-gain
     #[arg(long, value_name = "Q", help_heading = "Analysis")]
     q: Option<Uncertain>,
 }
 
 impl LevelFitArgs {
-    /// Everything fixed before the analysis.
+    /// All options of the analysis.
     pub(crate) fn options(&self) -> Options {
         let mut options = self.analysis.options();
         options.calibration = self.calibration.constant();
@@ -130,7 +129,7 @@ impl LevelReadingArgs {
 }
 
 impl LevelAnalysisArgs {
-    /// Everything but the calibration.
+    /// All options except the calibration.
     pub(crate) fn options(&self) -> Options {
         let pair = |u: Option<Uncertain>| u.map(|u| [u.value, u.std_error]);
         let mut options = Options::default();

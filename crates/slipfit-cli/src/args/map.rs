@@ -11,11 +11,10 @@ Examples:
   slipfit map scan.h5 --data /forward/amplitude --dt 1e-3 --frequency-hz 75e3 --resume blocks --table map.npy
       a data set larger than memory; after an interruption the same command goes on";
 
-/// A trace in each pixel: viscous and sliding loss as images.
+/// Viscous and sliding loss of a trace in each pixel, as images.
 ///
-/// Reads an array of three axes from NumPy's .npy, HDF5 or zarr, some tens of megabytes
-/// at a time, and fits viscous and sliding loss to every pixel. A pixel that
-/// cannot be fitted is a pixel with its reason.
+/// Reads an array of three axes from NumPy's .npy, HDF5 or zarr, some tens of megabytes at a time, and fits
+/// viscous and sliding loss to every pixel. A pixel that cannot be fitted is reported with the reason.
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP, after_long_help = AFTER_HELP)]
 pub(crate) struct MapArgs {
@@ -23,19 +22,19 @@ pub(crate) struct MapArgs {
     #[arg(value_name = "FILE")]
     pub(crate) file: PathBuf,
 
-    /// The data set of an HDF5 file or a zarr store that has several of three axes, by its path
+    /// Path of the data set, if an HDF5 file or a zarr store has several of three axes
     #[arg(long, value_name = "PATH", help_heading = "Reading")]
     pub(crate) data: Option<String>,
 
-    /// Interval of the samples [s]
+    /// Sampling interval [s]
     #[arg(long, value_name = "S", value_parser = positive, help_heading = "Reading")]
     pub(crate) dt: f64,
 
-    /// The axis of time: 0, 1 or 2
+    /// The time axis: 0, 1 or 2
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(0..=2), default_value_t = 2, help_heading = "Reading")]
     pub(crate) axis: u8,
 
-    /// Unit of the numbers; without it that of the file
+    /// Unit of the numbers; that of the file unless given
     #[arg(long, value_name = "UNIT", help_heading = "Reading")]
     pub(crate) unit: Option<String>,
 
@@ -47,23 +46,25 @@ pub(crate) struct MapArgs {
     #[arg(long, value_enum, default_value = "fit", help_heading = "Analysis")]
     pub(crate) method: Method,
 
-    /// Frequency of the oscillation [Hz], which amplitudes do not show: turns rates into friction displacements
+    /// Frequency of the oscillation [Hz], which amplitudes do not contain: converts rates to friction
+    /// displacements
     #[arg(long, value_name = "F", value_parser = positive, help_heading = "Analysis")]
     pub(crate) frequency_hz: Option<f64>,
 
-    /// Amplitudes are used up to the first below this one, in their unit
+    /// Use amplitudes up to the first one below this value, in their unit
     #[arg(long, value_name = "A", value_parser = positive, help_heading = "Analysis")]
     pub(crate) min_amplitude: Option<f64>,
 
-    /// One row a pixel: .csv or .arrow; an image for each column name: .npy or .zarr
+    /// One row per pixel: .csv or .arrow; one image per column: .npy or .zarr
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub(crate) table: Option<PathBuf>,
 
-    /// Draw images with their colours and histograms; .png, or .svg where a pixel pointed at names its trace
+    /// Draw images with their colour bars and histograms; .png, or .svg, which shows the trace of the pixel under
+    /// the pointer
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub(crate) plot: Option<PathBuf>,
 
-    /// Keep finished blocks in this folder, and take from it those with the same numbers and options
+    /// Keep finished blocks in this folder, and reuse those with the same numbers and options
     #[arg(long, value_name = "DIR", help_heading = "Output")]
     pub(crate) resume: Option<PathBuf>,
 

@@ -71,12 +71,11 @@ recognises its own by schema, first comment, last line or metadata (.npy has roo
 Exit status: 0 done (of several files at least one), 1 warnings or a failed file under --strict,
 2 failed, 130 interrupted.";
 
-/// Tells sliding friction from viscous damping in any oscillator.
+/// Separates sliding friction from viscous damping in any oscillator.
 ///
-/// Give it a measured decay of a pendulum, a tuning fork, a membrane, a
-/// building: it finds the free decay in the record, fits it with every loss
-/// law, and says how much of the loss is viscous, how much is sliding
-/// (Coulomb, dry) friction, and how sure that is.
+/// Give it a measured decay of a pendulum, a tuning fork, a membrane, a building: it finds the free decay in the
+/// record, fits it with every loss law, and reports how much of the loss is viscous, how much is sliding
+/// (Coulomb, dry) friction, and how certain that is.
 #[derive(Debug, Parser)]
 #[command(name = "slipfit", version = crate::version::long(), after_help = AFTER_HELP, styles = STYLES)]
 #[command(max_term_width = 100, propagate_version = true, disable_help_subcommand = false)]
@@ -131,14 +130,14 @@ impl From<Color> for anstream::ColorChoice {
     }
 }
 
-/// The command line as it was typed; ends the program where it is wrong or asks for help.
+/// Parses the command line; ends the program if it is wrong or asks for help.
 pub(crate) fn parse() -> Cli {
     let matches =
         with_signs(Cli::command()).try_get_matches().unwrap_or_else(|error| without_command(error).exit());
     Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.format(&mut Cli::command()).exit())
 }
 
-/// The error, with what to type where a file stands in the place of a command.
+/// The error, with what to type if a file is given in place of a command.
 fn without_command(mut error: clap::Error) -> clap::Error {
     let word = match error.get(ContextKind::InvalidSubcommand) {
         Some(ContextValue::String(word)) => word.clone(),
@@ -156,11 +155,11 @@ fn without_command(mut error: clap::Error) -> clap::Error {
     error
 }
 
-/// The command with a sign allowed before every number, so that the parser of the value says what is wrong with it;
-/// clap itself takes `-1` for an option.
+/// The command with a sign allowed before every number, so that the parser of the value reports what is wrong
+/// with it; clap itself takes `-1` for an option.
 fn with_signs(command: clap::Command) -> clap::Command {
     let signed = |arg: Arg| match arg.get_action().takes_values() && !arg.is_positional() {
-        // Clap knows no `-1e-3` and no `-5±1` for a number.
+        // Clap does not accept `-1e-3` and `-5±1` as numbers.
         true if is_number(&arg) => arg.allow_hyphen_values(true),
         true => arg.allow_negative_numbers(true),
         false => arg,
@@ -202,7 +201,7 @@ mod tests {
     #[test]
     fn a_sign_before_a_number_is_no_option() {
         fn check(command: &clap::Command, checked: &mut usize) {
-            // The names of numbers in the help; COL, NAME and FILE are words.
+            // The value names of numbers in the help; COL, NAME and FILE are words.
             const NUMBERS: &str = "A BETA BITS F G GAMMA HI HZ HZ,X[,DEG] I K LO M N P Q RATE RMS S X X0";
             for arg in command.get_arguments() {
                 let names = arg.get_value_names().unwrap_or_default();

@@ -1,4 +1,4 @@
-//! How a file is read, where it does not say so itself.
+//! How a file is read, if it does not say so itself.
 
 use super::count;
 use super::value::{FormatName, Positive, Text, number, text};
@@ -11,7 +11,7 @@ use slipfit_io::ReadOptions;
 #[derive(Debug, Clone, Default, Args, Deserialize)]
 #[serde(default)]
 pub(crate) struct ReadingArgs {
-    /// Format, where the first bytes do not tell it: text, wav, mat, hdf5, parquet, arrow, ...
+    /// Format, if the first bytes do not identify it: text, wav, mat, hdf5, parquet, arrow, ...
     #[arg(long, value_name = "NAME", help_heading = "Reading")]
     pub(crate) format: Option<FormatName>,
 
@@ -19,7 +19,7 @@ pub(crate) struct ReadingArgs {
     #[arg(long, value_name = "COL", help_heading = "Reading")]
     pub(crate) time: Option<Text>,
 
-    /// Column of the signal (of a lock-in: its X output)
+    /// Column of the signal (for a lock-in: its X output)
     #[arg(long, value_name = "COL", help_heading = "Reading")]
     pub(crate) signal: Option<Text>,
 
@@ -27,7 +27,7 @@ pub(crate) struct ReadingArgs {
     #[arg(long, value_name = "COL", help_heading = "Reading")]
     pub(crate) quadrature: Option<Text>,
 
-    /// Unit of the times: s, ms, us, ns, min, h, or the rate of a clock whose ticks they are, such as 60MHz
+    /// Unit of the times: s, ms, us, ns, min, h, or the rate of the clock that counts ticks, such as 60MHz
     #[arg(long, value_name = "UNIT", help_heading = "Reading")]
     pub(crate) time_unit: Option<Text>,
 
@@ -39,7 +39,7 @@ pub(crate) struct ReadingArgs {
     #[arg(long, value_enum, value_name = "KIND", help_heading = "Reading", hide_possible_values = false)]
     pub(crate) kind: Option<Kind>,
 
-    /// Samples per second, where the file has no times
+    /// Samples per second, if the file has no times
     #[arg(long, value_name = "RATE", help_heading = "Reading")]
     pub(crate) rate_hz: Option<Positive>,
 
@@ -56,7 +56,8 @@ pub(crate) struct ReadingArgs {
     #[arg(long, value_name = "N", value_parser = count, help_heading = "Reading")]
     pub(crate) run: Option<usize>,
 
-    /// Samples held at most; longer records are averaged while they are read (33554432, half a gigabyte)
+    /// Maximum number of samples held; longer records are averaged while they are read (33554432, half a
+    /// gigabyte)
     #[arg(long, value_name = "N", value_parser = count, help_heading = "Reading")]
     pub(crate) most_samples: Option<usize>,
 }
@@ -88,7 +89,7 @@ impl From<Kind> for SignalKind {
     }
 }
 
-/// A word as a shell takes it.
+/// A word quoted for a shell.
 pub(crate) fn quoted(text: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "./_-:".contains(c) || (cfg!(windows) && c == '\\');
     if !text.is_empty() && text.chars().all(plain) {
@@ -101,7 +102,7 @@ pub(crate) fn quoted(text: &str) -> String {
 }
 
 impl ReadingArgs {
-    /// The same for a resonance curve; `None` where a flag is one of records only.
+    /// The same for a resonance curve; `None` if a flag applies to records only.
     pub(crate) fn curve_options(&self) -> Option<ReadOptions> {
         let record_only = self.time.is_some()
             || self.signal.is_some()
@@ -138,7 +139,7 @@ impl ReadingArgs {
         }
     }
 
-    /// The flags as they were typed, for a command that goes on from here.
+    /// The flags as they were typed, for a follow-up command.
     pub(crate) fn as_flags(&self) -> String {
         let quoted = |text: &Text| quoted(&text.0);
         let count = |n: Option<usize>| n.map(|n| n.to_string());

@@ -1,4 +1,4 @@
-//! What every simulated record takes: an oscillator, a sensor, a place to go.
+//! Options of every simulated record: oscillator, sensor and output.
 
 use super::{ReplaceArgs, not_negative, positive};
 use clap::{Args, ValueEnum};
@@ -11,11 +11,11 @@ pub(crate) struct OscillatorArgs {
     #[arg(long, value_name = "HZ", value_parser = positive, help_heading = "Oscillator")]
     pub(crate) frequency_hz: Option<f64>,
 
-    /// Stiffness k [N/m; of an angle N m/rad], whatever the unit of the displacement
+    /// Stiffness k [N/m; for an angle N m/rad], whatever the unit of the displacement
     #[arg(long, value_name = "K", value_parser = positive, help_heading = "Oscillator")]
     pub(crate) stiffness: Option<f64>,
 
-    /// Mass m [kg; of an angle the moment of inertia, kg m²]
+    /// Mass m [kg; for an angle the moment of inertia, kg m²]
     #[arg(long, value_name = "M", value_parser = positive, help_heading = "Oscillator")]
     pub(crate) mass: Option<f64>,
 
@@ -29,7 +29,7 @@ pub(crate) struct OscillatorArgs {
     )]
     pub(crate) q: Option<f64>,
 
-    /// Viscous coefficient gamma [N s/m = kg/s; of an angle N m s/rad]
+    /// Viscous coefficient gamma [N s/m = kg/s; for an angle N m s/rad]
     #[arg(long, value_name = "GAMMA", value_parser = not_negative, help_heading = "Oscillator")]
     pub(crate) viscous: Option<f64>,
 
@@ -43,7 +43,7 @@ pub(crate) struct OscillatorArgs {
     )]
     pub(crate) friction_displacement: Option<f64>,
 
-    /// Sliding friction force F [N; of an angle N m]
+    /// Sliding friction force F [N; for an angle N m]
     #[arg(
         long,
         value_name = "F",
@@ -53,7 +53,7 @@ pub(crate) struct OscillatorArgs {
     )]
     pub(crate) coulomb_force: Option<f64>,
 
-    /// Sliding friction over the drive or the release, 4F/(pi k x_0)
+    /// Sliding friction relative to the drive or the release, 4F/(pi k x_0)
     #[arg(long, value_name = "BETA", value_parser = not_negative, help_heading = "Oscillator")]
     pub(crate) beta: Option<f64>,
 
@@ -75,10 +75,10 @@ pub(crate) struct OscillatorArgs {
     pub(crate) minus: MinusArgs,
 }
 
-// Friction against motion to negative x where it differs from that the other way.
+// Friction against motion to negative x, if it differs from that in the other direction.
 #[derive(Debug, Args)]
 pub(crate) struct MinusArgs {
-    /// Sliding friction against motion to negative x, F-/k; the same both ways unless given
+    /// Sliding friction against motion to negative x, F-/k; the same in both directions unless given
     #[arg(
         long,
         value_name = "X",
@@ -92,8 +92,8 @@ pub(crate) struct MinusArgs {
     #[arg(long, value_name = "F", value_parser = not_negative, help_heading = "Friction that differs by direction")]
     pub(crate) coulomb_force_minus: Option<f64>,
 
-    /// Static friction against a pull to negative x, F_s-/k; that the other way unless given,
-    /// at least F-/k
+    /// Static friction against a pull to negative x, F_s-/k, at least F-/k; that in the other direction unless
+    /// given
     #[arg(
         long,
         value_name = "X",
@@ -111,12 +111,12 @@ pub(crate) struct MinusArgs {
 // The sensor: its unit, noise and converter.
 #[derive(Debug, Args)]
 pub(crate) struct SampleArgs {
-    /// Unit of the displacement: forces over the stiffness are turned into it; one that is neither a length
-    /// nor an angle is for displacements alone
+    /// Unit of the displacement, to which forces over the stiffness are converted; a unit that is neither a
+    /// length nor an angle allows displacements only
     #[arg(long, value_name = "UNIT", default_value = "m", help_heading = "Record")]
     pub(crate) unit: String,
 
-    /// Root mean square of white noise; of amplitudes, on each of X and Y
+    /// Root mean square of white noise; for amplitudes, on each of X and Y
     #[arg(long, value_name = "RMS", value_parser = not_negative, default_value_t = 0.0, help_heading = "Record")]
     pub(crate) noise_rms: f64,
 
@@ -124,7 +124,7 @@ pub(crate) struct SampleArgs {
     #[arg(long, value_name = "N", default_value_t = 0, help_heading = "Record")]
     pub(crate) seed: u64,
 
-    /// Round to a converter of so many bits, full scale at the amplitude and five times the noise
+    /// Round to a converter of this many bits, whose full scale is the amplitude plus five times the noise
     #[arg(
         long,
         value_name = "BITS",
@@ -134,14 +134,14 @@ pub(crate) struct SampleArgs {
     pub(crate) quantize_bits: Option<u32>,
 }
 
-// Where the record goes.
+// Where the record is written.
 #[derive(Debug, Args)]
 pub(crate) struct OutArgs {
     /// Where to write; standard output unless given
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub(crate) out: Option<PathBuf>,
 
-    /// Form of the file, where its ending (.csv, .npy, .wav, .parquet) does not say
+    /// File format, if the extension (.csv, .npy, .wav, .parquet) does not determine it
     #[arg(long, value_enum, value_name = "FORM", help_heading = "Output")]
     pub(crate) format: Option<RecordFormat>,
 
@@ -156,12 +156,12 @@ pub(crate) struct OutArgs {
 /// File format of a record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum RecordFormat {
-    /// Text, every parameter in lines before the table
+    /// Text, with every parameter in lines before the table
     Csv,
-    /// NumPy array of rows and columns, 64-bit; parameters by --json
+    /// NumPy array of rows and columns, 64-bit; parameters with --json
     Npy,
-    /// Sound, 32-bit float, in the unit of the record; parameters by --json
+    /// Sound, 32-bit float, in the unit of the record; parameters with --json
     Wav,
-    /// Parquet, a column of 64-bit numbers each; every parameter in its metadata
+    /// Parquet, each column of 64-bit numbers; every parameter in its metadata
     Parquet,
 }

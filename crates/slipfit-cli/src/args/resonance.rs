@@ -29,25 +29,23 @@ Examples:
 
 /// Viscous and sliding loss from a resonance curve.
 ///
-/// Reads amplitude, or amplitude and phase, over frequency from a file of any
-/// dialect and says which columns it took and why; several files or a folder
-/// are raw records, one for each frequency, and are demodulated; with --table
-/// each file is a curve of its own. Fits the exact
-/// fundamental of the driven oscillator with sliding friction, compares the
-/// loss models, and says what the curve can and cannot tell. Friction is
-/// separated from viscous loss far better with --reference or --drive-amplitude.
+/// Reads amplitude, or amplitude and phase, over frequency from a file of any dialect and says which columns it
+/// took and why. Several files or a folder are raw records, one per frequency, and are demodulated; with --table
+/// each file is a curve of its own. Fits the exact fundamental of the driven oscillator with sliding friction,
+/// compares the loss models, and says what the curve can and cannot determine. Friction is separated from viscous
+/// loss far better with --reference or --drive-amplitude.
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP, after_long_help = AFTER_HELP)]
 pub(crate) struct ResonanceArgs {
-    /// The curve; several files or a folder: one raw record for each frequency
+    /// The curve; several files or a folder: one raw record per frequency
     #[arg(value_name = "FILE", required = true)]
     pub(crate) files: Vec<PathBuf>,
 
     #[command(flatten)]
     pub(crate) curve: CurveArgs,
 
-    /// A friction-free curve of the same oscillator and drive, fitted jointly: delay, drag and Duffing term are
-    /// shared; read with the same flags
+    /// A friction-free curve of the same oscillator and drive, fitted jointly with shared delay, drag and Duffing
+    /// term; read with the same flags
     #[arg(long, value_name = "FREE", conflicts_with = "drive_amplitude", help_heading = "Analysis")]
     pub(crate) reference: Option<PathBuf>,
 
@@ -64,12 +62,12 @@ pub(crate) struct ResonanceArgs {
     pub(crate) table: TableArgs,
 }
 
-// What is fixed before the analysis.
+// Options fixed before the analysis.
 #[derive(Debug, Clone, Default, Args, Deserialize)]
 #[serde(default)]
 pub(crate) struct ResonanceAnalysisArgs {
-    /// Drive amplitude x_0 (half of peak to peak), in the response's unit or the one behind it, such as 0.0625±0.001 or
-    /// "1 nm"; with a column of drive levels the one at their mean
+    /// Drive amplitude x_0 (half of peak to peak), in the unit of the response or the unit given after it, such
+    /// as 0.0625±0.001 or "1 nm"; with a column of drive levels, the amplitude at their mean
     #[arg(long, value_name = "X0", help_heading = "Analysis")]
     drive_amplitude: Option<InUnit>,
 
@@ -77,12 +75,12 @@ pub(crate) struct ResonanceAnalysisArgs {
     #[arg(long, value_enum, value_name = "NAME", hide_possible_values = true, help_heading = "Analysis")]
     response: Option<Response>,
 
-    // Its help is made from the list of loss terms.
+    // Its help is generated from the list of loss terms.
     #[arg(long, help = model_help(true), value_name = "NAME", num_args = 1, help_heading = "Analysis")]
     #[serde(deserialize_with = "one_or_several")]
     model: Vec<Model>,
 
-    /// Only points between these frequencies [Hz]
+    /// Use only points between these frequencies [Hz]
     #[arg(long, num_args = 2, value_names = ["LO", "HI"], help_heading = "Analysis")]
     band: Option<Vec<Positive>>,
 
@@ -94,12 +92,13 @@ pub(crate) struct ResonanceAnalysisArgs {
     #[arg(long, value_enum, value_name = "WHEN", hide_possible_values = true, help_heading = "Analysis")]
     delay: Option<Switch>,
 
-    /// A constant in every amplitude of a curve without phases (zero of the detector): on, off; as needed unless given
+    /// A constant offset of every amplitude of a curve without phases (zero of the detector): on, off; as needed
+    /// unless given
     #[arg(long, value_enum, value_name = "WHEN", hide_possible_values = true, help_heading = "Analysis")]
     amplitude_offset: Option<Switch>,
 
-    /// A noise floor that adds to every amplitude in squares, of a curve without phases (spectrum analyser, rms): on, off;
-    /// as needed unless given
+    /// A noise floor added in quadrature to every amplitude of a curve without phases (spectrum analyser, rms):
+    /// on, off; as needed unless given
     #[arg(long, value_enum, value_name = "WHEN", hide_possible_values = true, help_heading = "Analysis")]
     noise_floor: Option<Switch>,
 
@@ -107,7 +106,7 @@ pub(crate) struct ResonanceAnalysisArgs {
     #[arg(long, value_enum, value_name = "WHEN", hide_possible_values = true, help_heading = "Analysis")]
     phase_offset: Option<Switch>,
 
-    /// A frequency that moves with the amplitude (Duffing): on, off; as needed unless given
+    /// A frequency that depends on the amplitude (Duffing): on, off; as needed unless given
     #[arg(long, value_enum, value_name = "WHEN", hide_possible_values = true, help_heading = "Analysis")]
     duffing: Option<Switch>,
 }
@@ -131,7 +130,7 @@ impl From<Response> for Method {
     }
 }
 
-/// What `--model` takes: a loss model, or a response as it was once spelled.
+/// Value of `--model`: a loss model, or a response in its former spelling.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Model {
     Loss(LossModel),
@@ -173,12 +172,12 @@ pub(crate) enum Switch {
 }
 
 impl ResonanceArgs {
-    /// Every file that is read.
+    /// All files that are read.
     pub(crate) fn inputs(&self) -> impl Iterator<Item = &Path> {
         self.files.iter().chain(&self.reference).map(PathBuf::as_path)
     }
 
-    /// Everything but the reference, which is a file.
+    /// All options except the reference, which is a file.
     pub(crate) fn options(&self) -> Options {
         let mut options = self.analysis.options();
         options.calibration = self.calibration.constant();
@@ -187,12 +186,12 @@ impl ResonanceArgs {
 }
 
 impl ResonanceAnalysisArgs {
-    /// The unit of the drive amplitude, where it is not that of the response.
+    /// The unit of the drive amplitude, if it is not that of the response.
     pub(crate) fn drive_unit(&self) -> Option<String> {
         self.drive_amplitude.as_ref().and_then(|given| given.unit.clone())
     }
 
-    /// What to say where the response is named by `--model`, as it once was.
+    /// A note if the response is named by `--model`, its former spelling.
     pub(crate) fn old_spelling(&self) -> Option<String> {
         self.model.iter().find_map(|model| match model {
             Model::Response(response) => {
@@ -203,7 +202,7 @@ impl ResonanceAnalysisArgs {
         })
     }
 
-    /// Everything but the reference and the calibration.
+    /// All options except the reference and the calibration.
     pub(crate) fn options(&self) -> Options {
         let switch = |s: Option<Switch>| s.map(|s| s == Switch::On);
         let mut options = Options::default();

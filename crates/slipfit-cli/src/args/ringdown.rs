@@ -43,12 +43,11 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP, after_long_help = AFTER_HELP)]
 pub(crate) struct RingdownArgs {
-    /// The record, in any format that is known, `-` for standard input; several, or a folder, make
-    /// a table
+    /// The record, in any supported format, `-` for standard input; several, or a folder, make a table
     #[arg(value_name = "FILE", required = true)]
     pub(crate) files: Vec<PathBuf>,
 
-    /// Of folders, only files of such names, such as '*.csv'
+    /// In folders, read only files with such names, such as '*.csv'
     #[arg(long, value_name = "PATTERN", value_parser = Pattern::new, help_heading = "Reading")]
     pub(crate) glob: Option<Pattern>,
 
@@ -68,32 +67,32 @@ pub(crate) struct RingdownArgs {
     pub(crate) table: TableArgs,
 }
 
-// What is fixed before the analysis.
+// Options fixed before the analysis.
 #[derive(Debug, Clone, Default, Args, Deserialize)]
 #[serde(default)]
 pub(crate) struct RingdownAnalysisArgs {
-    /// Use nothing before this instant [s]
+    /// Use nothing before this time [s]
     #[arg(long, value_name = "S", help_heading = "Analysis")]
     start: Option<Finite>,
 
-    /// Use nothing after this instant [s]
+    /// Use nothing after this time [s]
     #[arg(long, value_name = "S", help_heading = "Analysis")]
     end: Option<Finite>,
 
-    /// Follow the decay down to this amplitude only [unit of the signal]
+    /// Follow the decay only down to this amplitude [unit of the signal]
     #[arg(long, value_name = "A", help_heading = "Analysis")]
     min_amplitude: Option<Positive>,
 
-    /// Only oscillations between these frequencies [Hz]
+    /// Use only oscillations between these frequencies [Hz]
     #[arg(long, num_args = 2, value_names = ["LO", "HI"], help_heading = "Analysis")]
     band: Option<Vec<Positive>>,
 
-    // Its help is made from the list of loss terms.
+    // Its help is generated from the list of loss terms.
     #[arg(long, help = model_help(false), value_name = "NAME", help_heading = "Analysis")]
     model: Option<Loss>,
 
-    /// Draw the loss against the amplitude without a model as well, with its confidence band: free,
-    /// or rising where the loss grows with the amplitude
+    /// Also draw the loss against amplitude without a model, with its confidence band: free, or rising if the
+    /// loss grows with the amplitude
     #[arg(long, value_name = "LAW", help_heading = "Analysis")]
     law: Option<Law>,
 
@@ -111,14 +110,14 @@ pub(crate) struct RingdownAnalysisArgs {
     )]
     lockin_order: Option<u32>,
 
-    /// Frequency of the oscillation [Hz], where the record holds amplitudes only
+    /// Frequency of the oscillation [Hz], if the record holds amplitudes only
     #[arg(long, value_name = "HZ", help_heading = "Analysis")]
     frequency_hz: Option<Positive>,
 }
 
 impl RingdownArgs {
-    /// Every file that is read, in place of a folder those in it. A folder that holds none, or that
-    /// cannot be read, stays: its row says so.
+    /// All files that are read, with each folder replaced by the files in it. A folder that is empty or cannot be
+    /// read stays, and its row reports that.
     pub(crate) fn inputs(&self) -> Vec<PathBuf> {
         let fits = |file: &PathBuf| {
             let name = file.file_name().unwrap_or_default().to_string_lossy();
@@ -134,7 +133,7 @@ impl RingdownArgs {
         self.files.iter().flat_map(files).collect()
     }
 
-    /// Everything fixed before the analysis.
+    /// All options fixed before the analysis.
     pub(crate) fn options(&self) -> Options {
         let mut options = self.analysis.options();
         options.calibration = self.calibration.constant();
@@ -143,7 +142,7 @@ impl RingdownArgs {
 }
 
 impl RingdownAnalysisArgs {
-    /// Everything but the calibration.
+    /// All options except the calibration.
     pub(crate) fn options(&self) -> Options {
         let mut options = Options::default();
         options.start_s = self.start.map(|t| t.0);

@@ -24,11 +24,10 @@ The manifest, in short (docs/series.md has it whole):
 
 /// Friction and damping of one oscillator from several measurements.
 ///
-/// Ring-downs, sweeps and level sweeps, each under a condition (a load, a
-/// current, a pressure), are analysed alone and together. The answer is the
-/// table of the paper: friction and damping at each condition by ring-down and
-/// by resonance, and whether the two agree; and, where the condition is a load,
-/// friction against it.
+/// Ring-downs, sweeps and level sweeps, each under a condition (a load, a current, a pressure), are analysed
+/// individually and jointly. The answer is the table of the paper: friction and damping at each condition by
+/// ring-down and by resonance, and whether the two agree. If the condition is a load, the answer includes
+/// friction against load.
 #[derive(Debug, Args)]
 #[command(after_help = AFTER_HELP, after_long_help = AFTER_HELP)]
 pub(crate) struct SeriesArgs {

@@ -12,7 +12,7 @@ Where the shells look for them:
   slipfit completions fish > ~/.config/fish/completions/slipfit.fish
   slipfit completions powershell >> $PROFILE";
 
-/// Completions of commands and options for a shell.
+/// Shell completions of commands and options.
 #[derive(Debug, Args)]
 #[command(after_help = COMPLETIONS_HELP, after_long_help = COMPLETIONS_HELP)]
 pub(crate) struct CompletionsArgs {
@@ -23,11 +23,11 @@ pub(crate) struct CompletionsArgs {
 
 /// Manual pages.
 ///
-/// Writes the page of slipfit itself to standard output, or with --out that of
-/// every command into a folder: slipfit.1, slipfit-ringdown.1 and so on.
+/// Writes the page of slipfit itself to standard output, or with --out the pages of all commands to a folder:
+/// slipfit.1, slipfit-ringdown.1 and so on.
 #[derive(Debug, Args)]
 pub(crate) struct ManArgs {
-    /// Folder to write to; made if need be
+    /// Folder to write to; created if needed
     #[arg(long, value_name = "DIR", help_heading = "Output")]
     pub(crate) out: Option<PathBuf>,
 

@@ -5,7 +5,7 @@ use super::{finite, not_negative, positive};
 use clap::{Args, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
-/// Records made by the exact motion, to test an analysis or plan a measurement.
+/// Simulated records of the exact motion, to test an analysis or plan a measurement.
 #[derive(Debug, Args)]
 pub(crate) struct SimulateArgs {
     #[command(subcommand)]
@@ -58,7 +58,7 @@ pub(crate) struct DecayArgs {
     #[arg(long, value_enum, value_name = "WHAT", default_value = "waveform", help_heading = "Record")]
     pub(crate) output: OutputKind,
 
-    /// Instead of samples, time and position of each turning point, at 17 digits and without noise
+    /// Write time and position of each turning point instead of samples, at 17 digits and without noise
     #[arg(long, help_heading = "Record")]
     pub(crate) turning_points: bool,
 
@@ -66,7 +66,7 @@ pub(crate) struct DecayArgs {
     pub(crate) out: OutArgs,
 }
 
-// How long and how often.
+// Length and sampling rate.
 #[derive(Debug, Args)]
 pub(crate) struct SamplingArgs {
     /// Length of the record [s]
@@ -102,15 +102,14 @@ Examples:
       --tone 0.4,1 --tone 1.2,0.4,90 --duration 100 --rate-hz 50
       two harmonics, the second a quarter ahead";
 
-/// The motion under any drive, from rest or steady, with whatever stops there are.
+/// The motion under any drive, from rest or from steady motion, including its stops.
 ///
-/// The drive moves the base, x_0 cos(2 pi f t), or pulls with a force,
-/// P cos(2 pi f t), which is x_0 = P/k; --tone adds further harmonics,
-/// --drive-file takes any other wave. Friction may also be given by its ratio to
-/// the drive, --beta = 4F/(pi k x_0).
+/// The drive moves the base, x_0 cos(2 pi f t), or pulls with a force, P cos(2 pi f t), which is equivalent to
+/// x_0 = P/k; --tone adds further harmonics, --drive-file takes any other waveform. Friction may also be given by
+/// its ratio to the drive, --beta = 4F/(pi k x_0).
 #[derive(Debug, Args)]
 #[command(after_help = DRIVEN_AFTER_HELP, after_long_help = DRIVEN_AFTER_HELP)]
-// The one written by itself is wider than the screen.
+// The generated usage line is wider than the screen.
 #[command(
     override_usage = "slipfit simulate driven [OPTIONS] --duration <S> --rate-hz <RATE>\n           <--drive-amplitude <X>|--drive-force <P>|--tone <HZ,X[,DEG]>|--drive-file <FILE>>"
 )]
@@ -121,11 +120,11 @@ pub(crate) struct DrivenArgs {
     #[command(flatten)]
     pub(crate) drive: WaveArgs,
 
-    /// Frequency of the drive [Hz]; the oscillator's own unless given
+    /// Frequency of the drive [Hz]; that of the oscillator unless given
     #[arg(long, value_name = "HZ", value_parser = positive, help_heading = "Drive")]
     pub(crate) drive_frequency_hz: Option<f64>,
 
-    /// Where to begin
+    /// Initial state
     #[arg(long, value_enum, value_name = "STATE", default_value = "rest", help_heading = "Drive")]
     pub(crate) from: Beginning,
 
@@ -139,7 +138,7 @@ pub(crate) struct DrivenArgs {
     #[command(flatten)]
     pub(crate) sample: SampleArgs,
 
-    /// Instead of samples, time and position of each turning point, at 17 digits and without noise
+    /// Write time and position of each turning point instead of samples, at 17 digits and without noise
     #[arg(long, help_heading = "Record")]
     pub(crate) turning_points: bool,
 
@@ -151,7 +150,7 @@ pub(crate) struct DrivenArgs {
 pub(crate) enum Beginning {
     /// At rest, at zero
     Rest,
-    /// In the steady motion
+    /// In steady motion
     Steady,
 }
 
@@ -173,12 +172,12 @@ pub(crate) struct WaveArgs {
     #[arg(long, value_name = "P", value_parser = positive, help_heading = "Drive")]
     pub(crate) drive_force: Option<f64>,
 
-    /// Harmonic of the base: frequency [Hz], amplitude, and phase ahead of a cosine [deg] unless
-    /// zero; may be repeated
+    /// Harmonic of the base: frequency [Hz], amplitude, and phase ahead of a cosine [deg], zero unless given; may
+    /// be repeated
     #[arg(long, value_name = "HZ,X[,DEG]", value_parser = Tone::parse, help_heading = "Drive")]
     pub(crate) tone: Vec<Tone>,
 
-    /// Positions of the base over time from a file, straight lines between its samples
+    /// Positions of the base over time from a file, interpolated linearly between samples
     #[arg(
         long,
         value_name = "FILE",
@@ -213,7 +212,7 @@ impl Tone {
     }
 }
 
-// The drive's strength, one way or the other.
+// The amplitude of the drive, as a displacement or a force.
 #[derive(Debug, Args)]
 #[group(required = true, multiple = false)]
 pub(crate) struct DriveArgs {
@@ -240,14 +239,13 @@ Examples:
 
 /// Amplitude and phase over frequency, as an instrument records them.
 ///
-/// Each point is the steady motion, exact and with its stops, as after a long
-/// wait; or, with --wait, what a lock-in shows after that time at each frequency, the
-/// motion steady at the first; or, with --sweep-time, during a slow sweep up or down.
-/// Amplitude and phase are those of the fundamental; where the mass rests there is no phase,
-/// and the cell is empty.
+/// Each point is the exact steady motion including its stops, as after a long wait. With --wait, it is what a
+/// lock-in shows after that time at each frequency, where the motion is steady at the first one. With
+/// --sweep-time, it is recorded during a slow sweep up or down. Amplitude and phase are those of the fundamental;
+/// if the mass rests, there is no phase and the cell is empty.
 #[derive(Debug, Args)]
 #[command(after_help = SWEEP_AFTER_HELP, after_long_help = SWEEP_AFTER_HELP)]
-// The one written by itself is wider than the screen.
+// The generated usage line is wider than the screen.
 #[command(
     override_usage = "slipfit simulate sweep [OPTIONS] --start-hz <HZ> --stop-hz <HZ>\n                              <--drive-amplitude <X>|--drive-force <P>>"
 )]
@@ -266,7 +264,7 @@ pub(crate) struct SweepArgs {
     #[arg(long, value_name = "HZ", value_parser = positive, help_heading = "Sweep")]
     pub(crate) stop_hz: f64,
 
-    /// Frequencies recorded
+    /// Number of frequencies recorded
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=1_000_000), default_value_t = 101, help_heading = "Sweep")]
     pub(crate) points: u32,
 
@@ -274,8 +272,8 @@ pub(crate) struct SweepArgs {
     #[arg(long, value_name = "S", value_parser = positive, help_heading = "Sweep")]
     pub(crate) sweep_time: Option<f64>,
 
-    /// Wait so long at each frequency [s], the motion going on from one to the next; it is steady at the first, and
-    /// the fundamental is that of the cycle of the drive after the wait
+    /// Wait this long at each frequency [s]; the motion continues from one frequency to the next and is steady at
+    /// the first; the fundamental is that of the drive cycle after the wait
     #[arg(
         long,
         value_name = "S",
@@ -298,11 +296,10 @@ Examples:
       --start-amplitude 0.002 --stop-amplitude 0.1 --points 50
       nothing moves below the threshold, then a straight line of slope Q";
 
-/// Amplitude at resonance over the drive level.
+/// Amplitude at resonance against drive level.
 ///
-/// The steady motion, exact and with its stops, at the oscillator's own
-/// frequency or at --drive-frequency-hz. Where the mass rests there is no phase, and the
-/// cell is empty.
+/// The exact steady motion including its stops, at the frequency of the oscillator or at --drive-frequency-hz. If
+/// the mass rests, there is no phase and the cell is empty.
 #[derive(Debug, Args)]
 #[command(after_help = LEVELS_AFTER_HELP, after_long_help = LEVELS_AFTER_HELP)]
 pub(crate) struct LevelsArgs {
@@ -317,20 +314,20 @@ pub(crate) struct LevelsArgs {
     #[arg(long, value_name = "X", value_parser = positive, help_heading = "Levels")]
     pub(crate) stop_amplitude: f64,
 
-    /// Levels recorded
+    /// Number of levels recorded
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=1_000_000), default_value_t = 51, help_heading = "Levels")]
     pub(crate) points: u32,
 
-    /// Space the levels by a constant ratio, not by a constant step
+    /// Space the levels by a constant ratio instead of a constant step
     #[arg(long, help_heading = "Levels")]
     pub(crate) log: bool,
 
-    /// Frequency of the drive [Hz]; the oscillator's own unless given
+    /// Frequency of the drive [Hz]; that of the oscillator unless given
     #[arg(long, value_name = "HZ", value_parser = positive, help_heading = "Levels")]
     pub(crate) drive_frequency_hz: Option<f64>,
 
-    /// Wait so long at each level [s], instead of for the steady motion, which it is at the first; the fundamental is
-    /// that of the cycle after the wait
+    /// Wait this long at each level [s] instead of until the motion is steady, as it is at the first level; the
+    /// fundamental is that of the drive cycle after the wait
     #[arg(long, value_name = "S", value_parser = not_negative, help_heading = "Levels")]
     pub(crate) wait: Option<f64>,
 

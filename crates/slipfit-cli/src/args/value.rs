@@ -1,4 +1,4 @@
-//! Values as they are typed on a command line and written in a manifest.
+//! Values as they are typed on a command line or written in a manifest.
 
 use serde::de::{self, Deserialize, Deserializer, Visitor};
 use slipfit::ringdown::LawOption;
@@ -8,7 +8,7 @@ use std::fmt;
 use std::marker::PhantomData;
 use std::str::FromStr;
 
-/// A column, a unit, a name; also written as a number.
+/// A column, a unit or a name; may also be written as a number.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Text(pub(crate) String);
 
@@ -24,18 +24,18 @@ pub(crate) struct Positive(pub(crate) f64);
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Loss(pub(crate) LossModel);
 
-/// A law without a model, by its name.
+/// A model-free law, by its name.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Law(pub(crate) LawOption);
 
-/// A format of files, as it was named.
+/// A file format, with the name that was typed.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct FormatName {
     pub(crate) typed: String,
     pub(crate) format: Format,
 }
 
-/// What the help says of `--model`; of a resonance curve without the losses that only free decays tell.
+/// The help text of `--model`; for a resonance curve without the losses that only free decays determine.
 pub(crate) fn model_help(of_curves: bool) -> String {
     let compared: Vec<&str> = LossModel::compared(None).map(LossModel::name).collect();
     let mut help = format!("Report this model, whichever the data prefer: {}", compared.join(", "));
@@ -94,7 +94,7 @@ impl FromStr for Law {
     }
 }
 
-/// A word this similar to a known one is probably meant to be it (Jaro and Winkler's measure).
+/// A word at least this similar to a known one was probably meant as it (Jaro-Winkler similarity).
 const SIMILAR: f64 = 0.8;
 
 /// The known word that was probably meant.
@@ -104,7 +104,7 @@ pub(crate) fn similar<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) 
     best.filter(|known| likeness(known) >= SIMILAR)
 }
 
-/// A loss model; where there is none of this name, with the one that was probably meant.
+/// A loss model; if there is none of this name, the error names the one that was probably meant.
 pub(super) fn loss_model(text: &str) -> Result<LossModel, String> {
     text.parse::<LossModel>().map_err(|unknown| {
         let term = |typed: &str| similar(typed, LossTerm::ALL.iter().map(|term| term.name()));
@@ -116,7 +116,7 @@ pub(super) fn loss_model(text: &str) -> Result<LossModel, String> {
     })
 }
 
-/// In a manifest what is typed may be a text or a number.
+/// In a manifest, the typed value may be a string or a number.
 struct Scalar<T>(PhantomData<T>);
 
 impl<T: FromStr<Err: fmt::Display>> Visitor<'_> for Scalar<T> {
@@ -163,7 +163,7 @@ as_typed!(
     Inertia
 );
 
-/// A number that is finite: clap's own parser takes `nan` and `inf`.
+/// A finite number: clap's own parser accepts `nan` and `inf`.
 pub(super) fn finite(text: &str) -> Result<f64, String> {
     match text.trim().parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
@@ -182,7 +182,7 @@ pub(super) fn not_negative(text: &str) -> Result<f64, String> {
     finite(text).and_then(|v| if v >= 0.0 { Ok(v) } else { Err("must not be negative".to_owned()) })
 }
 
-/// A whole number from 1 on.
+/// An integer from 1 on.
 pub(super) fn count(text: &str) -> Result<usize, String> {
     match text.trim().parse::<usize>() {
         Ok(number) if number > 0 => Ok(number),
@@ -190,7 +190,7 @@ pub(super) fn count(text: &str) -> Result<usize, String> {
     }
 }
 
-/// The text of a value that is given.
+/// The text of a value, if it is given.
 pub(super) fn text(value: &Option<Text>) -> Option<String> {
     value.as_ref().map(|text| text.0.clone())
 }
@@ -199,7 +199,7 @@ pub(super) fn number(value: Option<Positive>) -> Option<f64> {
     value.map(|number| number.0)
 }
 
-/// A band of two frequencies.
+/// A frequency band of two ends.
 pub(super) fn band(ends: Option<&[Positive]>) -> Option<[f64; 2]> {
     match ends {
         Some(&[low, high]) => Some([low.0, high.0]),
@@ -211,7 +211,7 @@ pub(super) fn band(ends: Option<&[Positive]>) -> Option<[f64; 2]> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Uncertain {
     pub(crate) value: f64,
-    /// Zero when none is given.
+    /// Zero if none is given.
     pub(crate) std_error: f64,
 }
 
@@ -238,11 +238,11 @@ impl FromStr for Uncertain {
     }
 }
 
-/// A number with or without an uncertainty and the unit it is in: `1 nm`, `0.0625±0.001 V`, `1e-6 m/N`.
+/// A number with or without an uncertainty, and its unit: `1 nm`, `0.0625±0.001 V`, `1e-6 m/N`.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct InUnit {
     pub(crate) number: Uncertain,
-    /// Without blanks around it; `None` where none is given.
+    /// Without surrounding blanks; `None` if none is given.
     pub(crate) unit: Option<String>,
 }
 
@@ -259,12 +259,12 @@ impl FromStr for InUnit {
             let (number, unit) = (text[..at].parse().ok().filter(|_| begins(c))?, text[at..].trim());
             Some(Self { number, unit: Some(unit.to_owned()) })
         };
-        // From the end, so that the exponent of a number belongs to it.
+        // Searched from the end, so that the exponent of a number belongs to the number.
         text.char_indices().rev().find_map(split).ok_or(refused)
     }
 }
 
-/// A mechanical constant in the SI, which may be typed in another unit of its quantity: `200g`, `12±0.3 N/mm`.
+/// A mechanical constant in SI units, which may be typed in another unit of its quantity: `200g`, `12±0.3 N/mm`.
 macro_rules! constants {
     ($($name:ident in $unit:literal, $doc:literal;)*) => {
         $(
@@ -308,8 +308,8 @@ fn plus_minus(value: &str, error: &str) -> Option<Uncertain> {
     Some(Uncertain { value, std_error })
 }
 
-/// The metrologist's shorthand: digits in parentheses count in units of the
-/// last digit of the value, unless they carry a decimal point of their own.
+/// The metrological shorthand: digits in parentheses count in units of the last digit of the value, unless they
+/// contain a decimal point.
 fn parenthesis(value: &str, rest: &str) -> Option<Uncertain> {
     let (error, exponent) = rest.split_once(')')?;
     let scale: f64 = format!("1{exponent}").parse().ok()?;

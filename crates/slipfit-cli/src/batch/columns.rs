@@ -1,4 +1,4 @@
-//! Columns of a table with what fills them.
+//! Columns of a table and their values.
 
 use slipfit::Quantity;
 
@@ -17,7 +17,7 @@ macro_rules! columns {
 }
 pub(super) use columns;
 
-/// A number of a quantity; not a number, hence an empty cell, where the analysis has none.
+/// A number of a quantity; NaN, written as an empty cell, if the analysis has none.
 fn of(quantity: Option<&Quantity>, number: impl Fn(&Quantity) -> f64) -> f64 {
     quantity.map_or(f64::NAN, number)
 }

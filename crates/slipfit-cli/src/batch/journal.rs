@@ -1,4 +1,4 @@
-//! Rows on disk as soon as they are done, so that nothing finished is lost.
+//! Writes rows to disk as soon as they are done, so that nothing finished is lost.
 
 use super::table::Table;
 use crate::failure::Failure;
@@ -9,8 +9,8 @@ use std::io::{self, Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// A file that rows are added to, one line each; what is written stays, whenever
-/// and however the program ends. It is locked while the program runs.
+/// A file to which rows are added, one line each. Written rows remain whenever and however the program ends. The
+/// file is locked while the program runs.
 pub(super) struct Journal {
     path: PathBuf,
     file: File,
@@ -19,7 +19,7 @@ pub(super) struct Journal {
     shown: Instant,
 }
 
-/// The table itself is renewed no more often than this; the rows are always safe.
+/// Minimum time between two updates of the table itself; the rows are always saved.
 const RENEWED_EVERY: Duration = Duration::from_secs(2);
 
 /// Where the rows of a table are kept until it is complete.
@@ -30,7 +30,7 @@ fn place(table: &Path) -> PathBuf {
 }
 
 impl Journal {
-    /// Begins a table, or continues one and gives the rows it has.
+    /// Begins a table, or continues one and returns the rows it has.
     pub(super) fn open(
         table: Table,
         outputs: &mut Outputs,
@@ -48,7 +48,7 @@ impl Journal {
         let mut file = lock(&path, &table)?;
         let mut text = String::new();
         file.read_to_string(&mut text).map_err(failed)?;
-        // A line without an end was being written when the program ended.
+        // A last line without a line end was being written when the program ended.
         let whole = text.rfind('\n').map_or("", |end| &text[..=end]);
         let before = whole.lines().next().unwrap_or_default();
         let mut kept = Vec::new();
@@ -68,8 +68,8 @@ impl Journal {
         Ok((Self { path, file, table, rows: kept.clone(), shown: Instant::now() }, kept))
     }
 
-    /// Adds a row: one write of one line. Now and then the table is renewed too,
-    /// so that there is one to look at.
+    /// Adds a row with one write of one line. The table is updated from time to time, so that there is one to
+    /// look at.
     pub(super) fn add(&mut self, row: &Row) -> Result<(), Failure> {
         self.write(row)?;
         self.rows.push(row.clone());
@@ -90,7 +90,7 @@ impl Journal {
             .map_err(|e| Failure::writing(&self.path.display().to_string(), &e))
     }
 
-    /// Writes the table in one step and removes the journal, unless there is more to come.
+    /// Writes the table in one step and removes the journal, unless the run was interrupted.
     pub(super) fn finish(self, rows: &[Row], interrupted: bool) -> Result<(), Failure> {
         self.table.write(rows)?;
         if interrupted {
@@ -100,7 +100,7 @@ impl Journal {
     }
 }
 
-/// The journal, held by this run alone.
+/// The journal, locked by this run.
 fn lock(path: &Path, table: &Table) -> Result<File, Failure> {
     let failed = |e: io::Error| Failure::writing(&path.display().to_string(), &e);
     loop {
@@ -113,11 +113,11 @@ fn lock(path: &Path, table: &Table) -> Result<File, Failure> {
                 return Err(Failure::new(format!("--table {table}: another run is writing it"))
                     .hint("wait for it, or name another table"));
             }
-            // A file system without locks: nothing tells the runs apart.
+            // On a file system without locks, concurrent runs cannot be detected.
             Err(TryLockError::Error(e)) if e.kind() == io::ErrorKind::Unsupported => return Ok(file),
             Err(TryLockError::Error(e)) => return Err(failed(e)),
         }
-        // The run before may have removed the file between its opening and its locking.
+        // The previous run may have removed the file between the opening and the locking here.
         let held = file.metadata().map_err(failed)?;
         if fs::metadata(path).is_ok_and(|there| same(&held, &there)) {
             return Ok(file);
@@ -131,7 +131,7 @@ fn same(a: &fs::Metadata, b: &fs::Metadata) -> bool {
     (a.dev(), a.ino()) == (b.dev(), b.ino())
 }
 
-/// A name is free again only when nobody has the file open.
+/// On this system a name becomes free only when no process has the file open.
 #[cfg(not(unix))]
 fn same(_: &fs::Metadata, _: &fs::Metadata) -> bool {
     true

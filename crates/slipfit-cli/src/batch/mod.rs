@@ -1,4 +1,4 @@
-//! Many files at once: one row a file, written as it is done.
+//! Many files at once: one row per file, written as soon as it is done.
 
 mod columns;
 mod journal;
@@ -28,24 +28,24 @@ use std::process::ExitCode;
 use std::sync::{Mutex, PoisonError};
 use table::{Form, Table};
 
-/// What is done with every file.
+/// What is done with each file.
 pub(crate) struct Task<'a> {
-    /// The command, `ringdown`.
+    /// The command, such as `ringdown`.
     pub(crate) command: &'static str,
-    /// The files and folders as they were typed.
+    /// The files and folders as typed.
     pub(crate) typed: &'a [PathBuf],
     pub(crate) files: &'a [PathBuf],
-    /// Read beside them.
+    /// A reference that is read in addition.
     pub(crate) reference: Option<&'a Path>,
     pub(crate) table: &'a TableArgs,
     pub(crate) out: &'a AnswerArgs,
     pub(crate) columns: &'static [Column],
-    /// Everything that changes a row, written out: a table is continued by the same only.
+    /// Everything that changes a row, as text: a table is continued only with the same options.
     pub(crate) options: String,
     pub(crate) one: &'a (dyn Fn(&Path) -> Result<Row, Failure> + Sync),
 }
 
-/// Analyses every file; none of them stops the others.
+/// Analyses every file; a failure of one does not stop the others.
 pub(crate) fn run(task: &Task<'_>, color: ColorChoice) -> Result<ExitCode, Failure> {
     if let Some((flag, _)) = task.out.files().next() {
         return Err(Failure::new(format!("{flag} is for one file, not for a table of several"))
@@ -88,7 +88,7 @@ pub(crate) fn run(task: &Task<'_>, color: ColorChoice) -> Result<ExitCode, Failu
     interrupt::closing();
     bar.finish_and_clear();
     let interrupted = rows.iter().any(Option::is_none);
-    // Rows were written as they came; the table has the order of the files.
+    // Rows were written as they were completed; the table has the order of the files.
     let rows: Vec<Row> = rows.into_iter().flatten().collect();
     match journal {
         Some(journal) => {
@@ -133,7 +133,7 @@ fn summary(task: &Task<'_>, rows: &[Row], interrupted: bool) -> String {
     text
 }
 
-/// The row of one file, whatever becomes of it.
+/// The row of one file, even if its analysis fails.
 fn one(task: &Task<'_>, file: &Path) -> Row {
     match catch_unwind(AssertUnwindSafe(|| (task.one)(file))) {
         Ok(Ok(row)) => row,
@@ -142,8 +142,8 @@ fn one(task: &Task<'_>, file: &Path) -> Row {
     }
 }
 
-/// The command line without the files and what does not change a row, and a fingerprint of
-/// all that does.
+/// The command line without the files and without what does not change a row, and a fingerprint of everything
+/// that does.
 fn signature(task: &Task<'_>) -> String {
     let mut words = Vec::new();
     let typed: HashSet<Cow<'_, str>> = task.typed.iter().map(|file| file.to_string_lossy()).collect();

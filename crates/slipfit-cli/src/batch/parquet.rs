@@ -1,4 +1,4 @@
-//! Rows as Parquet: a typed column each, empty cells missing.
+//! Rows as Parquet: one typed column each, with empty cells missing.
 
 use parquet::basic::{LogicalType, Repetition, Type as Physical};
 use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DoubleType, Int64Type};
@@ -64,7 +64,7 @@ fn put(
             Value::None => {}
             Value::Text(text) => texts.push(ByteArray::from(text.into_bytes())),
             Value::Number(v) => numbers.push(v),
-            // More than an i64 holds cannot be counted in a file.
+            // A count above the range of an i64 cannot occur in a file.
             Value::Count(n) => counts.push(i64::try_from(n).unwrap_or(i64::MAX)),
             Value::Flag(b) => flags.push(b),
         }

@@ -1,4 +1,4 @@
-//! Rows as a table in the form that the name of the file asks for.
+//! Rows as a table in the format given by the extension of the file name.
 
 use super::parquet;
 use crate::failure::Failure;
@@ -9,7 +9,7 @@ use slipfit_report::row::{Column, Row, Value};
 use std::fmt::Write as _;
 use std::path::Path;
 
-/// A form of table.
+/// Format of a table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Form {
     Csv,
@@ -20,7 +20,7 @@ pub(crate) enum Form {
 }
 
 impl Form {
-    /// By the ending of a file's name.
+    /// The format given by the extension of a file name.
     pub(crate) fn of(path: &Path) -> Result<Self, Failure> {
         match path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
             Some("csv") => Ok(Self::Csv),
@@ -67,7 +67,7 @@ pub(super) struct Table {
 }
 
 impl Table {
-    /// Replaces the file by one of these rows.
+    /// Replaces the content of the file with these rows.
     pub(super) fn write(&self, rows: &[Row]) -> Result<(), Failure> {
         let content = self.form.render(rows, self.columns)?;
         self.to.write(|out| out.write_all(&content))
@@ -77,10 +77,10 @@ impl Table {
 const HEADINGS: [&str; 7] =
     ["file", "status", "model", "frequency", "decay rate", "friction displacement", "reason"];
 
-/// The cells a person reads: value and 95 % interval.
+/// The cells for human readers: value and 95 % interval.
 fn cells(row: &Row) -> [String; 7] {
     let number = |v: Option<f64>, unit: &str| v.map(|v| plain(v, 4, unit)).unwrap_or_default();
-    // Value and limits in one unit, to the digits that the interval leaves.
+    // Value and limits in one unit, to the digits that the interval justifies.
     let within = |v: f64, low: f64, high: f64, unit: &str| {
         let shown = Rounded::new(v, 0.25 * (high - low), unit);
         let unit = &shown.scale.unit;
@@ -88,7 +88,7 @@ fn cells(row: &Row) -> [String; 7] {
         format!("{} ({} to {}){gap}{unit}", shown.value(), shown.also(low), shown.also(high))
     };
     let ranged = |v: Option<f64>, low: Option<f64>, high: Option<f64>, unit: &str| match (v, low, high) {
-        // A term the model leaves out has no value, only a bound.
+        // A term that the model leaves out has no value, only a limit.
         (Some(v), Some(low), Some(high)) if v == 0.0 || !(low..=high).contains(&v) => {
             format!("< {}", plain(high, 2, unit))
         }
@@ -158,7 +158,7 @@ mod tests {
             cells(&Row::answered(Path::new("a.csv"), &[], COLUMNS, values))[5].clone()
         };
         assert_eq!(row(0.0), "< 2.7 mrad");
-        // The limits are in the unit of the value: 1 mrad (2.54×10⁻⁴ to 0.00268) was none.
+        // The limits are in the unit of the value; earlier, 1 mrad (2.54×10⁻⁴ to 0.00268) was not.
         assert_eq!(row(0.001), "1.0 (0.3 to 2.7) mrad");
     }
 

@@ -1,4 +1,4 @@
-//! `slipfit inspect`: what a file holds.
+//! `slipfit inspect`: contents of a file.
 
 use crate::args::{InspectArgs, quoted};
 use crate::failure::{Failure, spelled};
@@ -10,9 +10,9 @@ use slipfit_report::terminal::{self, Inspected};
 use std::path::Path;
 use std::process::ExitCode;
 
-/// Rows of each table looked at.
+/// Number of rows of each table that are read.
 const PREVIEW_ROWS: usize = 20_000;
-/// First lines of a text shown.
+/// Number of lines shown from the start of a text.
 const FIRST_LINES: usize = 5;
 
 pub(crate) fn run(args: &InspectArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
@@ -60,7 +60,7 @@ fn verb(tables: &Tables, reading: &Result<Reading, ReadError>, is_curve: bool) -
     if sweep { "resonance" } else { "ringdown" }
 }
 
-/// What to type next.
+/// The command to type next.
 fn command(
     file: &Path,
     flags: &str,
@@ -72,7 +72,7 @@ fn command(
     if let Err(error) = reading
         && verb == "ringdown"
     {
-        // What is missing stands in capitals where the file does not suggest it.
+        // A missing value is named in capitals if the file does not suggest it.
         text += &match &error.problem {
             ReadProblem::NoTime { rate_hz, .. } => {
                 format!(" --rate-hz {}", rate_hz.map_or_else(|| "RATE".to_owned(), |r| r.to_string()))
@@ -88,13 +88,13 @@ fn command(
     text
 }
 
-/// The file as it is typed: no flag, and one word; `-` is standard input.
+/// The file as it is typed: never like a flag, and as one word; `-` is standard input.
 fn typed(file: &Path) -> String {
     let path = file.display().to_string();
     quoted(&if path.starts_with('-') && path != "-" { format!("./{path}") } else { path })
 }
 
-/// The first lines as they stand; none of a packed file.
+/// The first lines without changes; none of a compressed file.
 fn first_lines(head: &[u8]) -> Vec<String> {
     let mut lines = Vec::new();
     for line in head.split_inclusive(|b| *b == b'\n').take(FIRST_LINES) {

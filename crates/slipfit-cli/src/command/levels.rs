@@ -1,4 +1,4 @@
-//! `slipfit levels`: amplitude at resonance over the level of the drive.
+//! `slipfit levels`: amplitude at resonance against the drive level.
 
 use super::show::{Destinations, show};
 use crate::args::LevelFitArgs;
@@ -21,7 +21,7 @@ pub(crate) fn run(args: &LevelFitArgs, color: ColorChoice) -> Result<ExitCode, F
     show(&args.out, &to, &analysed, args.calibration.unit_note(reading.levels.unit()), color)
 }
 
-/// Reads what an analysis needs.
+/// Reads the input of an analysis.
 pub(crate) fn prepare(
     file: &Path,
     reading: &ReadOptions,

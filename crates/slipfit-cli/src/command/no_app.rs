@@ -1,4 +1,4 @@
-//! `slipfit app` of a program that was built without it.
+//! `slipfit app` in a program that was built without it.
 
 use crate::args::AppArgs;
 use crate::failure::{BUILD_PAGE, Failure, WITHOUT_PAGE};

@@ -1,4 +1,4 @@
-//! `slipfit resonance`: from a curve, or raw driven records, to its answer.
+//! `slipfit resonance`: from a curve, or raw driven records, to the answer.
 
 use super::show::{Destinations, show};
 use crate::args::ResonanceArgs;
@@ -42,10 +42,10 @@ pub(crate) fn run(args: &ResonanceArgs, color: ColorChoice) -> Result<ExitCode, 
     show(&args.out, &to, &analysed, args.calibration.unit_note(reading.curve.unit()), color)
 }
 
-/// A table of curves, one a file.
+/// A table of curves, one per file.
 fn many(args: &ResonanceArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
     let (curve, options, drive_unit) = (args.curve.options(), args.options(), args.analysis.drive_unit());
-    // Read once: it is the same for all of them.
+    // Read once, because it is the same for all files.
     let reference = read_reference(args.reference.as_deref(), &curve)?;
     let fingerprint = reference.as_ref().map(|r| r.report.sha256.as_str()).unwrap_or_default();
     let one = |file: &Path| {
@@ -70,7 +70,7 @@ fn many(args: &ResonanceArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
     batch::run(&task, color)
 }
 
-/// Reads the friction-free curve, where there is one.
+/// Reads the friction-free curve, if there is one.
 pub(crate) fn read_reference(
     file: Option<&Path>,
     options: &ReadOptions,
@@ -79,8 +79,8 @@ pub(crate) fn read_reference(
     Ok(file.map(read).transpose()?)
 }
 
-/// Reads what an analysis needs; the drive amplitude of the options, in the unit given with them, comes in that of
-/// the response.
+/// Reads the input of an analysis. The drive amplitude in the options, given in its own unit, is converted to the
+/// unit of the response.
 pub(crate) fn prepare(
     files: &[PathBuf],
     reading: &ReadOptions,

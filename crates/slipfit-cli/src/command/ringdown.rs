@@ -1,4 +1,4 @@
-//! `slipfit ringdown`: from a file to its answer.
+//! `slipfit ringdown`: from a file to the answer.
 
 use super::show::{Destinations, show};
 use crate::args::RingdownArgs;
@@ -14,7 +14,7 @@ use slipfit_report::AnalysedRingdown;
 use std::path::Path;
 use std::process::ExitCode;
 
-/// A file this large, in bytes, is read with a bar; it takes about a tenth of a second.
+/// File size, in bytes, from which reading shows a progress bar; reading it takes about a tenth of a second.
 const LARGE: u64 = 32 << 20;
 
 pub(crate) fn run(args: &RingdownArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
@@ -39,20 +39,20 @@ pub(crate) fn run(args: &RingdownArgs, color: ColorChoice) -> Result<ExitCode, F
     let file = &args.files[0];
     let to = Destinations::new(&args.out, [file.as_path()])?;
     let Done { reading, options, answer } = watched(file, args)?;
-    // Standard input has its name there.
+    // The report contains the name used for standard input.
     let file = Path::new(&reading.report.path);
     let analysed = AnalysedRingdown { file, reading: &reading, options: &options, answer: &answer };
     show(&args.out, &to, &analysed, args.calibration.unit_note(reading.record.unit()), color)
 }
 
-/// A file read and analysed.
+/// A file after reading and analysis.
 struct Done {
     reading: Reading,
     options: Options,
     answer: Answer,
 }
 
-/// Reads and analyses one file, with a bar where that takes a while.
+/// Reads and analyses one file, with a progress bar if that takes a while.
 fn watched(file: &Path, args: &RingdownArgs) -> Result<Done, Failure> {
     let bytes = std::fs::metadata(file).map_or(0, |m| m.len());
     if args.out.quiet || bytes < LARGE {
@@ -61,7 +61,7 @@ fn watched(file: &Path, args: &RingdownArgs) -> Result<Done, Failure> {
     let bar = progress::bar(bytes, "{bytes} of {total_bytes}", false);
     let read = slipfit_io::read_watched(file, &args.reading.options(), &mut |n| {
         bar.set_position(n);
-        // Formats other than text are decoded once all of their bytes have passed.
+        // Formats other than text are decoded after all of their bytes have been read.
         if n >= bytes {
             progress::spin(&bar, "decoding");
         }
@@ -100,7 +100,7 @@ fn analyse_reading(reading: Reading, args: &RingdownArgs) -> Result<Done, Failur
     Ok(Done { reading, options, answer })
 }
 
-/// A flag that would change nothing is a mistake.
+/// A flag that would have no effect is an error.
 fn check_flags(reading: &Reading, args: &RingdownArgs) -> Result<(), Failure> {
     let amplitudes = matches!(reading.record.kind(), SignalKind::Envelope | SignalKind::LockIn);
     if let Some(f) = args.options().frequency_hz.filter(|_| !amplitudes) {

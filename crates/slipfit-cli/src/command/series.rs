@@ -1,4 +1,4 @@
-//! `slipfit series`: several measurements of one oscillator and what they agree on.
+//! `slipfit series`: several measurements of one oscillator and their joint result.
 
 use super::show::{Destinations, show};
 use crate::args::SeriesArgs;

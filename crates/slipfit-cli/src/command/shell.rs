@@ -1,4 +1,4 @@
-//! `slipfit completions` and `slipfit man`: the command line described for others.
+//! `slipfit completions` and `slipfit man`: descriptions of the command line for other programs.
 
 use crate::args::{Cli, CompletionsArgs, ManArgs};
 use crate::failure::Failure;
@@ -17,7 +17,7 @@ pub(crate) fn completions(args: &CompletionsArgs) -> Result<ExitCode, Failure> {
 pub(crate) fn man(args: &ManArgs) -> Result<ExitCode, Failure> {
     match &args.out {
         None => {
-            // As the pages of the folder have it.
+            // The same as the pages in the folder.
             let mut command = Cli::command().disable_help_subcommand(true);
             command.build();
             Target::stdout().write(|out| Man::new(command).render(out))?;
@@ -37,7 +37,7 @@ pub(crate) fn man(args: &ManArgs) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The pages of a command and of those below it, with the names of their files.
+/// The pages of a command and of its subcommands, with their file names.
 fn collect(command: clap::Command, pages: &mut Vec<(String, Man)>) {
     for below in command.get_subcommands().filter(|c| !c.is_hide_set()).cloned() {
         collect(below, pages);

@@ -1,4 +1,4 @@
-//! From an answer to the files, the report and the warnings.
+//! Writes the files, the report and the warnings of an answer.
 
 use crate::args::AnswerArgs;
 use crate::failure::{Failure, WARNED, WARNING, note_line, spelled};
@@ -10,7 +10,7 @@ use slipfit_report::{Document, Provenance, Report, page, terminal};
 use std::path::Path;
 use std::process::ExitCode;
 
-/// Where an answer goes, checked.
+/// Checked destinations of an answer.
 pub(crate) struct Destinations {
     pub(crate) plot: Option<(Target, Format)>,
     /// With their flags.
@@ -18,7 +18,7 @@ pub(crate) struct Destinations {
 }
 
 impl Destinations {
-    /// Those of a run that reads `inputs`.
+    /// The destinations of a run that reads `inputs`.
     pub(crate) fn new<'a>(
         out: &AnswerArgs,
         inputs: impl IntoIterator<Item = &'a Path>,
@@ -30,7 +30,7 @@ impl Destinations {
     }
 }
 
-/// Where the picture goes, and the format that the ending of its name asks for.
+/// Destination of the figure, and the format given by its extension.
 pub(crate) fn plot_target(
     out: &AnswerArgs,
     outputs: &mut Outputs,
@@ -48,7 +48,7 @@ pub(crate) fn drawn(picture: &Picture, format: Format) -> Result<Vec<u8>, Failur
     picture.render(format).ok_or_else(|| Failure::new("the picture could not be drawn"))
 }
 
-/// Writes the files asked for, then the report, then the warnings and a note on how the program was used.
+/// Writes the requested files, then the report, then the warnings and a note on how the program was used.
 pub(crate) fn show(
     out: &AnswerArgs,
     to: &Destinations,
@@ -80,8 +80,8 @@ pub(crate) fn show(
         }
     }
     if !out.quiet {
-        // On a terminal both streams meet: the warnings come after the answer. Standard output
-        // that holds an answer already has no room for the report.
+        // On a terminal both streams appear together, so the warnings follow the answer. If an answer already
+        // goes to standard output, the report is not printed there.
         if !to.files.iter().any(|(_, target)| target.is_stdout()) {
             output::print(&terminal::screen(&document, &written), color)?;
         }

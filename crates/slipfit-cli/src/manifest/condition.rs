@@ -4,7 +4,7 @@ use crate::args::Uncertain;
 use serde::Deserialize;
 use slipfit::series::Condition;
 
-/// A number, alone or as text with its uncertainty.
+/// A number, plain or as text with its uncertainty.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(untagged)]
 pub(super) enum Number {
@@ -12,15 +12,15 @@ pub(super) enum Number {
     Text(String),
 }
 
-/// A condition as it is written, and the unit in which its label says its number.
+/// A condition as written, and the unit of the number in its label.
 #[derive(Debug)]
 pub(super) struct Written {
     pub(super) condition: Condition,
-    /// `None` for a number in the unit of the series, or none; empty where the label names no unit.
+    /// `None` for a number in the unit of the series, or for no number; empty if the label names no unit.
     unit: Option<String>,
 }
 
-/// The condition written as `given`, with the number `value` where the label does not say it.
+/// The condition written as `given`, with the number `value` if the label does not contain it.
 pub(super) fn condition(
     given: Option<&Number>,
     value: Option<&Number>,
@@ -57,10 +57,10 @@ pub(super) fn condition(
     Ok(Written { condition: Condition { label, value }, unit: own_unit })
 }
 
-/// Brings all numbers to one unit: that of the series or, where it names none, that of the first label with one.
-/// Labels whose units have nothing in common are names, and no numbers.
+/// Converts all numbers to one unit: that of the series or, if it names none, that of the first label with a
+/// unit. Labels whose units are incompatible are treated as names without numbers.
 ///
-/// Returns the unit; the error is that of the condition in its place.
+/// Returns the unit; the error contains the index of its condition.
 pub(super) fn in_one_unit(all: &mut [Written], unit: &str) -> Result<String, (usize, String)> {
     let Some(first) = all.iter().find_map(|written| written.unit.clone()) else { return Ok(unit.to_owned()) };
     let wanted = if unit.is_empty() { first } else { unit.to_owned() };

@@ -1,4 +1,4 @@
-//! Keys of a TOML table, taken out of it by the structures they fill.
+//! Keys of a TOML table, removed from it by the structures they fill.
 
 use crate::args::similar;
 use serde::de::{self, Deserializer, Visitor};
@@ -7,11 +7,11 @@ use std::fmt;
 use toml::Spanned;
 use toml::de::DeTable;
 
-/// Something wrong in a manifest, with its place.
+/// An error in a manifest, with its position.
 #[derive(Debug)]
 pub(super) struct Problem {
     message: String,
-    /// Byte of the text where it begins.
+    /// Byte offset in the text where it begins.
     at: Option<usize>,
 }
 
@@ -24,7 +24,7 @@ impl Problem {
         Self { message: error.message().to_owned(), at: error.span().map(|s| s.start) }
     }
 
-    /// The message below a heading, `measurement 2`.
+    /// The message under a heading, such as `measurement 2`.
     pub(super) fn within(mut self, heading: &str) -> Self {
         self.message = format!("{heading}: {}", self.message);
         self
@@ -39,10 +39,10 @@ impl Problem {
     }
 }
 
-/// A table of which structures take their keys one after the other.
+/// A table from which structures take their keys one after the other.
 pub(super) struct Keys<'i> {
     table: DeTable<'i>,
-    /// Where it stands.
+    /// Its position.
     pub(super) at: usize,
     known: Vec<&'static str>,
 }
@@ -64,18 +64,18 @@ impl<'i> Keys<'i> {
         T::deserialize(own).map_err(|e| Problem::from_toml(&e))
     }
 
-    /// Whether a key is left.
+    /// Whether a key remains.
     pub(super) fn has(&self, key: &str) -> bool {
         self.table.contains_key(key)
     }
 
-    /// The first key that is left, and which of some words it was probably meant to be.
+    /// The first remaining key that resembles one of `words`, and that word.
     pub(super) fn meant(&self, words: &[&'static str]) -> Option<(&str, &'static str)> {
         let keys = self.table.keys().map(|key| key.get_ref().as_ref());
         keys.filter_map(|key| Some((key, similar(key, words.iter().copied())?))).next()
     }
 
-    /// Whether a key is left that names a file in other words.
+    /// The remaining key that names a file in other words, if there is one.
     pub(super) fn names_file(&self) -> Option<&str> {
         self.table
             .keys()
@@ -83,12 +83,12 @@ impl<'i> Keys<'i> {
             .find(|key| similar(key, ["file", "path", "files"]).is_some())
     }
 
-    /// Names of tables that are taken apart elsewhere, so that others like them are told what was meant.
+    /// Names of tables that are parsed elsewhere, so that the error for a similar name can suggest them.
     pub(super) fn know(&mut self, words: &[&'static str]) {
         self.known.extend(words);
     }
 
-    /// Refuses whatever no structure took; `elsewhere` says of some keys where they belong.
+    /// Refuses all keys that no structure took; `elsewhere` says where some keys belong.
     pub(super) fn finish(self, elsewhere: &[(&[&str], &str)]) -> Result<(), Problem> {
         let Some(key) = self.table.keys().min_by_key(|key| key.span().start) else { return Ok(()) };
         let (at, name) = (key.span().start, key.get_ref().as_ref());
@@ -109,7 +109,7 @@ pub(super) fn fields<'de, T: Deserialize<'de>>() -> &'static [&'static str] {
     }
 }
 
-/// A deserializer that fails with the names it is asked for.
+/// A deserializer that fails with the field names it is asked for.
 struct FieldNames;
 
 #[derive(Debug)]

@@ -1,7 +1,7 @@
-//! The manifest of a series: which files, under which conditions, what they share.
+//! The manifest of a series: which files, under which conditions, and what they share.
 //!
-//! A measurement takes the options of its command as keys, `_` for `-`: the same structures are
-//! filled from both.
+//! A measurement takes the options of its command as keys, with `_` for `-`: the same structures are filled from
+//! both.
 
 mod condition;
 mod keys;
@@ -50,7 +50,7 @@ const EXCLUSIVE: [[&str; 2]; 5] = [
     ["drive_gain", "q"],
 ];
 
-/// What stands above the measurements.
+/// The keys above the measurements.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 struct Heading {
@@ -65,7 +65,7 @@ struct Heading {
     inertia: Option<Uncertain>,
 }
 
-/// What every measurement has.
+/// The keys of every measurement.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 struct EntryKeys {
@@ -78,7 +78,7 @@ struct EntryKeys {
     scale: Option<f64>,
 }
 
-/// A friction-free sweep beside one.
+/// A friction-free reference of a sweep.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 struct Reference {
@@ -92,10 +92,10 @@ enum Files {
     Several(Vec<PathBuf>),
 }
 
-/// What a manifest asks for.
+/// Contents of a manifest.
 #[derive(Debug)]
 pub(crate) struct Manifest {
-    /// Of the file's bytes, in hexadecimal.
+    /// SHA-256 of the file's bytes, in hexadecimal.
     pub(crate) sha256: String,
     pub(crate) title: String,
     /// Unit of displacements in the table, if it is given.
@@ -104,7 +104,7 @@ pub(crate) struct Manifest {
     pub(crate) condition: String,
     pub(crate) condition_unit: String,
     pub(crate) shared: Shared,
-    /// One constant for all, and what it is for.
+    /// One constant for all measurements, and the kind of coordinate it applies to.
     pub(crate) calibration: Option<(Calibration, Coordinate)>,
     pub(crate) entries: Vec<Entry>,
 }
@@ -116,7 +116,7 @@ pub(crate) struct Entry {
     pub(crate) condition: Condition,
     pub(crate) scale: Option<f64>,
     pub(crate) source: Source,
-    /// Remarks on how it was asked for.
+    /// Notes on the options of the measurement.
     pub(crate) notes: Vec<String>,
 }
 
@@ -133,7 +133,7 @@ pub(crate) enum Source {
         reference: Option<PathBuf>,
         reading: Box<ReadOptions>,
         options: Box<resonance::Options>,
-        /// The unit of their drive amplitude, where it is not that of the response.
+        /// The unit of their drive amplitude, if it is not that of the response.
         drive_unit: Option<String>,
     },
     Levels {
@@ -144,7 +144,7 @@ pub(crate) enum Source {
 }
 
 impl Manifest {
-    /// Every file it names.
+    /// All files it names.
     pub(crate) fn inputs(&self) -> impl Iterator<Item = &Path> {
         self.entries.iter().flat_map(|entry| match &entry.source {
             Source::Ringdown { file, .. } | Source::Levels { file, .. } => vec![file.as_path()],
@@ -198,7 +198,7 @@ fn parse(text: &str, folder: &Path) -> Result<Manifest, Problem> {
         }
         entries[i].condition = condition.clone();
     }
-    // Two measurements of one name could not be told apart.
+    // Two measurements of the same name could not be distinguished.
     for i in 0..entries.len() {
         let same = entries[..i].iter().filter(|e| e.name == entries[i].name).count();
         if same > 0 {

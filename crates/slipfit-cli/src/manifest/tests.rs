@@ -1,4 +1,4 @@
-//! What a manifest may say, and what it is refused for.
+//! What a manifest may contain, and what is refused.
 
 use super::*;
 
@@ -58,7 +58,7 @@ fn a_manifest_is_read() {
     assert_eq!(m.entries[2].scale, Some(1e-3));
 }
 
-/// What the conditions of a manifest say, and their unit.
+/// The numbers of the conditions of a manifest, and their unit.
 fn conditions(head: &str, each: &[&str]) -> Result<(Vec<Option<f64>>, String), String> {
     let measurements: Vec<String> =
         each.iter().map(|keys| format!("[[measurement]]\nringdown = 'a'\n{keys}\n")).collect();
@@ -66,7 +66,8 @@ fn conditions(head: &str, each: &[&str]) -> Result<(Vec<Option<f64>>, String), S
     Ok((m.entries.iter().map(|e| e.condition.value.map(|v| v[0])).collect(), m.condition_unit))
 }
 
-/// Numbers of one column: 0.1 N and 200 mN once were 0.1 and 200, and a current without `condition_unit` was a load.
+/// Numbers of one column: 0.1 N and 200 mN were once read as 0.1 and 200, and a current without `condition_unit`
+/// as a load.
 #[test]
 fn labels_are_brought_to_one_unit() {
     let all = |values: &[f64]| values.iter().copied().map(Some).collect::<Vec<_>>();
@@ -80,7 +81,7 @@ fn labels_are_brought_to_one_unit() {
     assert_eq!(conditions("", &current).unwrap(), (all(&[100.0, 200.0]), "mA".into()));
     let names = ["condition = '2 thin'", "condition = '3 thick'", "condition = 'wet'"];
     assert_eq!(conditions("", &names).unwrap(), (vec![None; 3], String::new()));
-    // A number between quotes is one.
+    // A number in quotes is a number.
     let m = read("condition_unit = 'N'\n[[measurement]]\nringdown = 'a'\ncondition = '2'\n").unwrap();
     assert_eq!(m.entries[0].condition, Condition { label: "2 N".into(), value: Some([2.0, 0.0]) });
     for (head, each, word) in [
@@ -136,7 +137,7 @@ fn what_cannot_be_meant_is_said() {
     }
 }
 
-/// What can be typed and what can be written are the fields of one structure.
+/// Checks that what can be typed and what can be written are the fields of one structure.
 fn agrees<T: clap::Args + for<'de> Deserialize<'de>>() {
     let command = T::augment_args(clap::Command::new("test"));
     let mut typed = Vec::new();
@@ -162,7 +163,7 @@ fn keys_are_flags() {
     agrees::<LevelAnalysisArgs>();
 }
 
-/// Fills `T` with everything that can be written.
+/// Fills `T` with every key that can be written.
 fn full<T: for<'de> Deserialize<'de>>() -> T {
     let text: String = keys::fields::<T>()
         .iter()
@@ -183,11 +184,10 @@ fn full<T: for<'de> Deserialize<'de>>() -> T {
     toml::from_str(&text).unwrap()
 }
 
-/// Every option of the libraries can be given, but for what only the command line or another
-/// file gives.
+/// Every option of the libraries can be set, except those that only the command line or another file sets.
 #[test]
 fn keys_reach_every_option() {
-    // Records, curves and levels each read with their own part of the same options.
+    // Records, curves and levels each use their own part of the same options.
     let unreached = |options: ReadOptions| -> Vec<String> {
         let text = format!("{options:?}");
         text.split([',', '{']).filter_map(|f| Some(f.trim().strip_suffix(": None")?.to_owned())).collect()

@@ -1,4 +1,4 @@
-//! Where output goes: the screen, and files that are replaced as a whole or not at all.
+//! Destinations of output: the screen, and files that are replaced as a whole or not at all.
 
 mod origin;
 mod place;
@@ -23,7 +23,7 @@ pub(crate) fn print(text: &str, color: ColorChoice) -> Result<(), Failure> {
         .map_err(|e| Failure::writing("standard output", &e))
 }
 
-/// Writes styled text to standard error; nobody is left to hear of a failure there.
+/// Writes styled text to standard error; a failure there cannot be reported to anybody.
 pub(crate) fn print_error(text: &str, color: ColorChoice) {
     let mut out = AutoStream::new(io::stderr().lock(), color);
     let _ = out.write_all(text.as_bytes());

@@ -1,4 +1,4 @@
-//! Whether slipfit wrote a file, from its content.
+//! Recognises from its content whether slipfit wrote a file.
 //!
 //! | format | mark |
 //! |---|---|
@@ -22,13 +22,13 @@ use std::fs::File;
 use std::io::{self, Read as _, Seek as _, SeekFrom};
 use std::path::Path;
 
-/// The error for a file that is not ours.
+/// The error for a file that slipfit did not write.
 pub(crate) fn foreign(shown: &str) -> Failure {
     Failure::new(format!("{shown}: the file exists and was not written by slipfit"))
         .hint("--force replaces it; another name keeps it")
 }
 
-/// Bytes looked at, from the front and from the end.
+/// Number of bytes read from the start and from the end.
 const LOOK: u64 = 4096;
 
 /// Whether it may be replaced without asking.
@@ -90,7 +90,7 @@ fn bytes_are_ours(head: &[u8], tail: &[u8]) -> bool {
     }
 }
 
-/// `slipfit 0.1.0`, with a commit or without.
+/// `slipfit 0.1.0`, with or without a commit.
 fn named_version(line: &str) -> bool {
     line.strip_prefix("slipfit ").is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit()))
 }

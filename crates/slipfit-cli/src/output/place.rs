@@ -5,12 +5,12 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// What tells one file from every other.
+/// Identifies a file.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub(super) enum Identity {
     Stdout,
     OnDisk(FileId),
-    /// There is none yet.
+    /// It does not exist yet.
     ByName(PathBuf),
 }
 
@@ -18,13 +18,13 @@ pub(super) enum Identity {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Place {
     Stdout,
-    /// A device or a pipe: written to as it is.
+    /// A device or a pipe, which is written to directly.
     Direct(PathBuf),
-    /// A regular file, links resolved: replaced as a whole.
+    /// A regular file with links resolved, which is replaced as a whole.
     File(PathBuf),
 }
 
-/// Links followed before a chain of them counts as a circle.
+/// Number of links followed before a chain of them counts as a cycle.
 const MOST_LINKS: usize = 40;
 
 impl Place {
@@ -32,7 +32,7 @@ impl Place {
         if path.as_os_str() == "-" || path == Path::new("/dev/stdout") {
             return Ok(Self::Stdout);
         }
-        // A redirected descriptor belongs to the shell, even where a file stands behind it.
+        // A redirected descriptor belongs to the shell, even if it is a file.
         let device = ["/dev", "/proc"].iter().any(|folder| path.starts_with(folder));
         match fs::metadata(path) {
             Ok(m) if m.is_dir() => Err(io::Error::new(io::ErrorKind::IsADirectory, "this is a folder")),
@@ -54,7 +54,7 @@ pub(super) fn identity(path: &Path) -> io::Result<Identity> {
     }
 }
 
-/// The full name of a file that does not exist yet, at the end of its links.
+/// The full name of a file that does not exist yet, with its links followed to the end.
 fn resolve(path: &Path) -> io::Result<PathBuf> {
     let mut path = path.to_owned();
     for _ in 0..MOST_LINKS {

@@ -1,7 +1,7 @@
-//! What a run reads and where it may write, checked before anything is analysed.
+//! Inputs and outputs of a run, checked before anything is analysed.
 //!
-//! No output is an input, no two outputs are one file, and a file that slipfit did not
-//! write is replaced with `--force` only.
+//! No output may be an input, no two outputs may be the same file, and a file that slipfit did not write is
+//! replaced only with `--force`.
 
 use super::origin;
 use super::place::{Identity, Place, identity};
@@ -16,26 +16,26 @@ use std::path::{Path, PathBuf};
 /// The files of a run.
 pub(crate) struct Outputs {
     force: bool,
-    /// Files that are read, by their identity on the disk, whatever their names.
+    /// Files that are read, by their identity on disk, regardless of their names.
     inputs: HashMap<Identity, PathBuf>,
     /// Flag and path of the outputs added so far.
     taken: HashMap<Identity, String>,
 }
 
-/// An output that was checked.
+/// A checked output.
 #[derive(Debug, Clone)]
 pub(crate) struct Target {
-    /// As it was asked for.
+    /// As requested.
     named: PathBuf,
     place: Place,
     force: bool,
 }
 
 impl Outputs {
-    /// A run that reads `inputs`; of a folder, the files in it.
+    /// The outputs of a run that reads `inputs`; a folder stands for the files in it.
     ///
     /// # Errors
-    /// Standard output is redirected into one of them.
+    /// Standard output is redirected to one of the inputs.
     pub(crate) fn new<'a>(force: bool, inputs: impl IntoIterator<Item = &'a Path>) -> Result<Self, Failure> {
         let mut outputs = Self { force, inputs: HashMap::new(), taken: HashMap::new() };
         for path in inputs {
@@ -68,7 +68,7 @@ impl Outputs {
         }
     }
 
-    /// Where the output that `flag` asks for goes; `-` is standard output.
+    /// Adds the output that `flag` requests; `-` is standard output.
     ///
     /// # Errors
     /// It is an input, or another output, or a file that slipfit did not write, or cannot be written.
@@ -87,7 +87,7 @@ impl Outputs {
         Ok(Target { force: self.force, ..target })
     }
 
-    /// The same for a file of which the caller knows by itself that it may be replaced.
+    /// The same for a file of which the caller knows that it may be replaced.
     ///
     /// # Errors
     /// It is an input, or another output, or cannot be written.
@@ -134,10 +134,10 @@ impl Outputs {
         self.force
     }
 
-    /// The files `names` in `folder`, which is made if need be.
+    /// The files `names` in `folder`, which is created if needed.
     ///
     /// # Errors
-    /// The folder cannot be made, or as [`Self::add`] has it.
+    /// The folder cannot be created, or those of [`Self::add`].
     pub(crate) fn folder<'a>(
         mut self,
         folder: &Path,
@@ -171,12 +171,12 @@ impl Folder {
 }
 
 impl Target {
-    /// Standard output, where there is nothing to check.
+    /// Standard output, which needs no check.
     pub(crate) fn stdout() -> Self {
         Self { named: PathBuf::from("-"), place: Place::Stdout, force: false }
     }
 
-    /// As it was asked for.
+    /// As requested.
     pub(crate) fn named(&self) -> &Path {
         &self.named
     }
@@ -185,7 +185,7 @@ impl Target {
         self.place == Place::Stdout
     }
 
-    /// The regular file behind it, links resolved.
+    /// The regular file, with links resolved.
     pub(crate) fn file(&self) -> Option<&Path> {
         match &self.place {
             Place::File(path) => Some(path),
@@ -197,12 +197,12 @@ impl Target {
         if self.is_stdout() { "standard output".to_owned() } else { self.named.display().to_string() }
     }
 
-    /// Opens it for a writer that outlives a call; nothing is changed before [`Sink::finish`].
+    /// Opens it for a writer that outlives a call; nothing changes before [`Sink::finish`].
     pub(crate) fn open(&self) -> Result<Sink, Failure> {
         Sink::open(self.name(), &self.place, self.force)
     }
 
-    /// Lets `write` fill it.
+    /// Writes it with `write`.
     pub(crate) fn write(&self, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), Failure> {
         let mut sink = self.open()?;
         write(&mut sink).map_err(|e| Failure::writing(&self.name(), &e))?;

@@ -1,7 +1,7 @@
-//! Bytes on their way into an output.
+//! Writing to an output.
 //!
-//! A regular file is written beside the old one under a name of its own, brought to the disk
-//! and renamed, so that a full disk, a crash or a kill leaves the old one as it was.
+//! A regular file is written next to the old one under a temporary name, flushed to disk and renamed, so that a
+//! full disk, a crash or a kill leaves the old one unchanged.
 
 use super::origin;
 use super::place::Place;
@@ -15,13 +15,13 @@ use tempfile::NamedTempFile;
 
 const PREFIX: &str = ".slipfit-";
 const SUFFIX: &str = ".tmp";
-/// What a killed run left is removed by the next one, when it is at least this old.
+/// Files left by a killed run are removed by the next one if they are at least this old.
 const STALE: Duration = Duration::from_secs(60);
 
-/// An output being written; dropped before [`Sink::finish`] it leaves everything as it was.
+/// An output being written; if it is dropped before [`Sink::finish`], everything stays as it was.
 pub(crate) struct Sink {
     name: String,
-    /// The regular file it replaces.
+    /// The regular file that it replaces.
     file: Option<PathBuf>,
     force: bool,
     out: BufWriter<Out>,
@@ -38,7 +38,7 @@ impl Sink {
         let mut file = None;
         let out = match place {
             Place::Stdout => Ok(Out::Stdout(io::stdout())),
-            // Appending, so that a redirected file keeps what it holds.
+            // Opened for appending, so that a redirected file keeps its content.
             Place::Direct(path) => OpenOptions::new().append(true).open(path).map(Out::Direct),
             Place::File(path) => {
                 file = Some(path.clone());
@@ -61,7 +61,7 @@ impl Sink {
             (Out::Beside(new, unfinished), Some(path)) => {
                 keep_permissions(&path, new.as_file()).map_err(|e| failed(&e))?;
                 new.as_file().sync_all().map_err(|e| failed(&e))?;
-                // Another program may have made one meanwhile.
+                // Another program may have created one in the meantime.
                 if !force && path.exists() && !origin::is_ours(&path).unwrap_or(false) {
                     return Err(origin::foreign(&name));
                 }
@@ -83,11 +83,11 @@ fn beside(path: &Path) -> io::Result<NamedTempFile> {
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt as _;
-        // As any new file: less what the umask takes.
+        // As for any new file: reduced by the umask.
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
     let file = builder.tempfile_in(folder)?;
-    // Tells other runs that somebody is at work; a folder without locks works without.
+    // Tells other runs that this file is in use; a folder without locks works as well.
     let _ = file.as_file().try_lock();
     Ok(file)
 }
@@ -115,7 +115,7 @@ fn keep_permissions(old: &Path, new: &File) -> io::Result<()> {
         use std::os::unix::fs::{MetadataExt as _, fchown};
         let ours = new.metadata()?;
         if (held.uid(), held.gid()) != (ours.uid(), ours.gid()) {
-            // Only root may give files away; the contents matter more.
+            // Only root may change the owner; the contents matter more.
             let _ = fchown(new, Some(held.uid()), Some(held.gid()));
         }
     }

@@ -1,4 +1,4 @@
-//! A folder that is one output: put in place as a whole, as files are.
+//! A folder that forms one output and is put in place as a whole, as files are.
 
 use super::Outputs;
 use super::origin::foreign;
@@ -7,22 +7,23 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// A folder of files that was checked.
+/// A checked folder of files.
 pub(crate) struct Store {
     named: PathBuf,
-    /// Links resolved.
+    /// With links resolved.
     folder: PathBuf,
     force: bool,
 }
 
-/// Tells a store of slipfit.
+/// Identifies a store written by slipfit.
 const MARK: &str = ".zattrs";
 
 impl Outputs {
-    /// Where the store that `flag` asks for goes.
+    /// Adds the store that `flag` requests.
     ///
     /// # Errors
-    /// It is an input, holds one or lies in one, cannot be written, or is something that slipfit did not write.
+    /// It is an input, contains one or lies in one, cannot be written, or is something that slipfit did not
+    /// write.
     pub(crate) fn add_store(&self, flag: &str, path: &Path) -> Result<Store, Failure> {
         let shown = format!("{flag} {}", path.display());
         let failed = |e: io::Error| Failure::new(format!("{shown}: cannot be written: {e}"));
@@ -48,7 +49,7 @@ impl Outputs {
 }
 
 impl Store {
-    /// Whether nothing of others is lost: with force any store of zarr goes, but no other folder.
+    /// Whether it contains no foreign data; with force any zarr store may be replaced, but no other folder.
     fn may_be_replaced(&self) -> bool {
         let is_ours = || {
             let mark = fs::read_to_string(self.folder.join(MARK)).unwrap_or_default();
@@ -59,13 +60,13 @@ impl Store {
         !self.folder.exists() || is_ours() || self.force && is_store()
     }
 
-    /// Writes all of its files, by their paths in it.
+    /// Writes all of its files, given by their paths in it.
     pub(crate) fn write(&self, files: Vec<(String, Vec<u8>)>) -> Result<(), Failure> {
         let name = self.named.display().to_string();
         self.put(files).map_err(|e| Failure::writing(&name, &e))?.then_some(()).ok_or_else(|| foreign(&name))
     }
 
-    /// Whether it could be put in place: another program may have made one meanwhile.
+    /// Whether it could be put in place: another program may have created one in the meantime.
     fn put(&self, files: Vec<(String, Vec<u8>)>) -> io::Result<bool> {
         let beside = tempfile::Builder::new()
             .prefix(".slipfit-")

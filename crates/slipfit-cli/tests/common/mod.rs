@@ -5,7 +5,7 @@ use assert_cmd::Command;
 use serde_json::Value;
 use std::path::PathBuf;
 
-/// The command, away from any terminal and any preference of the person testing.
+/// The command, independent of the terminal and preferences of the person testing.
 pub(crate) fn slipfit() -> Command {
     let mut command = Command::cargo_bin("slipfit").unwrap();
     command.env_remove("NO_COLOR").env_remove("CLICOLOR_FORCE").env_remove("COLUMNS");
@@ -35,7 +35,7 @@ pub(crate) fn schema(command: &str) -> Value {
     serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
 }
 
-/// Every key written is described: a schema that allows more would not notice.
+/// Checks that every written key is in the schema, which itself allows further keys.
 pub(crate) fn keeps_to_schema(answer: &Value, command: &str) {
     let mut schema = schema(command);
     refuse_other_keys(&mut schema);

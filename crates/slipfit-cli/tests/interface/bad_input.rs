@@ -1,9 +1,9 @@
-//! Input that is no table at all: told apart, status 2, no panic.
+//! Input that is not a table: distinguished by kind, status 2, no panic.
 
 use crate::common::slipfit;
 use std::fs;
 
-/// What the command says of a file it must refuse.
+/// The message for a file that the command must refuse.
 fn refusal(name: &str, prepare: impl Fn(&std::path::Path)) -> String {
     let folder = tempfile::tempdir().unwrap();
     prepare(&folder.path().join(name));

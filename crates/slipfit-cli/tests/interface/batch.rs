@@ -1,4 +1,4 @@
-//! Many files at once: every file its row, none lost when the run is cut off.
+//! Many files at once: each file gets its row, and none is lost when the run is killed.
 
 use crate::common::{slipfit, stdout};
 use std::fs;
@@ -7,7 +7,7 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
-/// A folder of swings, each with a damping of its own.
+/// A folder of swings, each with its own damping.
 fn folder(files: u32) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     for n in 0..files {
@@ -127,14 +127,14 @@ fn nothing_but_failures_is_a_failure_and_doubts_count_under_strict() {
     assert_eq!(status(&["bad.csv", "run000.csv"]), Some(0));
 }
 
-/// Kills a run at so many random moments, goes on after each, and compares the end with a
-/// run that nothing disturbed. Returns the rows kept after each kill that hit a run.
+/// Kills a run at `moments` random times, resumes after each, and compares the result with an undisturbed run.
+/// Returns the rows kept after each kill that hit a run.
 fn kill_and_resume(files: u32, moments: u32) -> Vec<usize> {
     let folder = folder(files);
     let names = names(files);
     let begun = Instant::now();
     stdout(slipfit().current_dir(folder.path()).arg("ringdown").args(&names).args(["--table", "whole.csv"]));
-    // On average the kills are so far apart that the last comes near the end.
+    // On average the kills are spaced such that the last one comes near the end.
     let apart_s = begun.elapsed().as_secs_f64() / f64::from(moments);
     let undisturbed = fs::read(folder.path().join("whole.csv")).unwrap();
     let journal = folder.path().join("cut.csv.rows");
@@ -156,14 +156,14 @@ fn kill_and_resume(files: u32, moments: u32) -> Vec<usize> {
             .stderr(Stdio::null())
             .spawn()
             .unwrap();
-        // Knuth's generator: the same moments every time.
+        // Knuth's generator, for the same times in every run.
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         let share = (state >> 11) as f64 / (1_u64 << 53) as f64;
         std::thread::sleep(Duration::from_secs_f64(0.004 + 2.0 * share * apart_s));
         let _ = child.kill();
         child.wait().unwrap();
         if !journal.exists() {
-            // It was done before it could be killed: begin again.
+            // It finished before it could be killed: begin again.
             before.clear();
             continue;
         }
@@ -278,7 +278,7 @@ fn curves_make_a_table_as_ring_downs_do() {
     for (row, x_f) in [(&rows[0], 0.02), (&rows[2], 0.05), (&rows[3], 0.08)] {
         let [low, high] = ["friction_displacement_low", "friction_displacement_high"]
             .map(|name| row[name].as_f64().unwrap());
-        // Two interval widths: three of three at 95 % would fail once in seven.
+        // Two interval widths: three of three within the 95 % interval would fail once in seven.
         let slack = 0.5 * (high - low);
         assert!((low - slack..high + slack).contains(&x_f), "{x_f}: {low} to {high}");
         assert_eq!(row["drive_source"], "reference");
@@ -313,7 +313,7 @@ fn a_picture_across_ring_downs_names_every_file() {
     }
 }
 
-/// An interrupt between two files of a long run: a valid table of what is done.
+/// An interrupt between two files of a long run leaves a valid table of what is done.
 #[cfg(unix)]
 #[test]
 fn an_interrupt_leaves_a_valid_table_to_go_on_with() {
@@ -327,7 +327,7 @@ fn an_interrupt_leaves_a_valid_table_to_go_on_with() {
     };
     let mut child = start();
     let journal = folder.path().join("cut.csv.rows");
-    // Once some rows are done the handler is in place and most are still to come.
+    // After some rows are done, the handler is in place and most rows are still to come.
     while fs::read_to_string(&journal).unwrap_or_default().lines().count() < 10 {
         assert!(child.try_wait().unwrap().is_none(), "too quick to be interrupted");
         std::thread::sleep(Duration::from_millis(1));

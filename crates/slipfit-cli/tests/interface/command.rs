@@ -1,4 +1,4 @@
-//! The command as it is met: help, report, exit status, bad input.
+//! The command as users see it: help, report, exit status, bad input.
 
 use crate::common::{example, slipfit, stdout};
 use std::fs;
@@ -189,7 +189,7 @@ fn strict_turns_a_warning_into_status_one() {
     assert_eq!((lax.status.code(), strict.status.code()), (Some(0), Some(1)));
     assert!(String::from_utf8_lossy(&strict.stderr).contains("warning: only"), "{strict:?}");
     assert!(String::from_utf8_lossy(&strict.stdout).starts_with("Only 3.0 cycles, too few"), "{strict:?}");
-    // Without a doubt strict changes nothing.
+    // Without a warning, `--strict` changes nothing.
     slipfit().arg("ringdown").arg(example("classroom_pendulum.csv")).arg("--strict").assert().code(0);
 }
 
@@ -237,7 +237,7 @@ fn a_closed_pipe_is_silent() {
     }
 }
 
-/// Status 2, nothing on standard output, and the complaint.
+/// Status 2, nothing on standard output, and the message.
 fn complaint(folder: &Path, args: &[&str]) -> String {
     let output = slipfit().current_dir(folder).arg("ringdown").args(args).output().unwrap();
     assert_eq!(output.status.code(), Some(2), "{output:?}");
@@ -252,7 +252,7 @@ fn complaint(folder: &Path, args: &[&str]) -> String {
 fn bad_input_is_told_apart() {
     let swing = |i: u32| format!("{},{:.4}", f64::from(i) * 0.05, (f64::from(i) * 0.3).cos());
     let garbage: Vec<u8> = (0..4000u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 13) as u8).collect();
-    // File, content, more arguments, what must be said.
+    // File, content, further arguments, expected message.
     let cases: [(&str, Vec<u8>, &[&str], &str); 9] = [
         ("empty.csv", Vec::new(), &[], "empty"),
         ("one_row.csv", b"t (s),x (m)\n0,1\n".to_vec(), &[], "usable row"),
@@ -470,7 +470,7 @@ fn messages_fit_the_screen_and_hang_behind_their_label() {
         words.join(" ").contains("no column of times among column 1 `x (rad)` hint: --rate-hz"),
         "{said}"
     );
-    // A name is never broken, what follows it is.
+    // A name is never broken, but the text after it is.
     assert!(said.lines().all(|l| l.chars().count() <= 80 || l.contains(&name)), "{said}");
     assert!(said.lines().nth(1).unwrap().starts_with("       no column of times"), "{said}");
 }

@@ -45,7 +45,7 @@ fn answers_keep_to_their_schemas() {
     keeps_to_schema(&json(&["series"], &example("tuning_fork.toml")), "series");
 }
 
-/// The paper's inversion needs the drive amplitude, which a reference gives as well.
+/// The paper's inversion needs the drive amplitude, which a reference also gives.
 #[test]
 fn what_gives_the_drive_amplitude_is_named_where_it_is_missing() {
     let said = refused(&["resonance", "--response", "paper"], &example(SWEEP));
@@ -54,7 +54,7 @@ fn what_gives_the_drive_amplitude_is_named_where_it_is_missing() {
     assert!(said.contains("--drive-amplitude or --reference gives it"), "{said}");
 }
 
-/// A sweep too fast: the line of the fit said 6.2 times, the warning 9.9 times.
+/// A sweep that is too fast: the line of the fit said 6.2 times, the warning 9.9 times.
 #[test]
 fn residuals_are_told_by_one_number() {
     let sweep = "simulate sweep --frequency-hz 1 --q 50 --beta 0.8 --drive-amplitude 1 --start-hz 1.06 --stop-hz 0.94 \
@@ -71,11 +71,11 @@ fn residuals_are_told_by_one_number() {
     let fit = number(&shown, "residuals ", " times those expected from noise");
     let warning = number(&warned, "residuals are ", " times the noise");
     assert!(warning > 5.0 && (fit - warning).abs() < 0.05 * warning, "{fit} {warning}");
-    // No percentage is minus nothing.
+    // No percentage is a negative zero.
     assert!(!shown.contains("-0 %") && !shown.contains("+0 %"), "{shown}");
 }
 
-/// `--model paper` was once the way to say it.
+/// `--model paper` was the former spelling.
 #[test]
 fn the_response_may_be_spelled_as_it_was() {
     let run = |flags: &[&str]| {
@@ -102,7 +102,7 @@ fn the_reference_gives_the_friction_of_the_example() {
     let free = example(FREE);
     let answer =
         json(&["resonance", "--reference", free.to_str().unwrap(), "--stiffness", "10000"], &example(SWEEP));
-    // Made with F = 15 nN, gamma = 20 µN s/m.
+    // Simulated with F = 15 nN, gamma = 20 µN s/m.
     let force = &answer["parameters"]["coulomb_force"];
     let (value, error) = (force["value"].as_f64().unwrap(), force["std_error"].as_f64().unwrap());
     assert!((value - 15e-9).abs() < 4.0 * error, "{force}");
@@ -111,7 +111,7 @@ fn the_reference_gives_the_friction_of_the_example() {
     assert_eq!(answer["sliding"]["detected"], true);
 }
 
-/// The amplitude is the modulus of what the flags name; every flag of a hint is one of the command.
+/// The amplitude is the modulus of the columns that the flags name; every flag in a hint exists.
 #[test]
 fn levels_take_two_parts_and_hints_name_what_they_take() {
     let folder = tempfile::tempdir().unwrap();
@@ -132,7 +132,7 @@ fn levels_take_two_parts_and_hints_name_what_they_take() {
     }
 }
 
-/// Volts of a drive and volts of a sensor give no Q.
+/// Levels in volts of a drive and volts of a sensor give no Q.
 #[test]
 fn levels_of_volts_over_volts_have_no_q() {
     let folder = tempfile::tempdir().unwrap();
@@ -168,7 +168,7 @@ fn the_series_of_the_example_agrees() {
     }
 }
 
-/// Of ring-downs alone the answer is friction and what it follows, not what was not measured.
+/// With ring-downs only, the answer is friction and its dependence on load, without what was not measured.
 #[test]
 fn a_series_of_one_way_says_what_it_found() {
     let folder = tempfile::tempdir().unwrap();
@@ -356,7 +356,7 @@ fn help_of_the_new_commands() {
     }
 }
 
-/// One screen: every line fits, and the words are those of the field.
+/// One screen: every line fits, and the terms are those of the field.
 #[test]
 fn the_report_fits_the_screen() {
     let free = example(FREE);

@@ -1,4 +1,4 @@
-//! The documentation names what there is: every warning, every page, every file it points to.
+//! The documentation covers every warning and every page, and every file it points to exists.
 
 use crate::common::root;
 use std::collections::BTreeSet;
@@ -46,7 +46,7 @@ fn every_page_is_in_the_summary_and_the_other_way_round() {
     assert_eq!(linked, there);
 }
 
-/// Targets of links, without those to other sites and places within a page.
+/// Targets of links, without those to other sites and anchors within a page.
 fn links(text: &str) -> Vec<String> {
     let mut outside = String::new();
     let mut inside = false;
@@ -82,7 +82,7 @@ fn no_link_of_a_page_leads_nowhere() {
     assert!(seen > 40, "{seen}");
 }
 
-/// The worked example of a loss term is the code itself, and the files it names are there.
+/// The worked example of a loss term is the code itself, and the files it names exist.
 #[test]
 fn the_worked_example_is_the_code() {
     let page = read("docs/extending.md");

@@ -1,4 +1,4 @@
-//! The shipped examples are what their commands write.
+//! The shipped examples are the output of their commands.
 
 use crate::common::{example, root, slipfit};
 

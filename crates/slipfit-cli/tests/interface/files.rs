@@ -1,5 +1,5 @@
-//! The user's files: no output destroys an input or a file of another program, and whatever
-//! ends a run leaves the old file whole.
+//! The user's files: no output destroys an input or a file of another program, and the old file stays whole
+//! however a run ends.
 
 use crate::common::{example, root, slipfit};
 use std::fs;
@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use tempfile::TempDir;
 
-/// Flags that write a file, with an ending each takes.
+/// Flags that write a file, with an extension each accepts.
 const ANSWERS: [(&str, &str); 6] = [
     ("--json", "json"),
     ("--csv", "csv"),
@@ -49,7 +49,7 @@ fn refusal(folder: &Path, line: &str) -> String {
     let said = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{line}: {said}");
     assert!(output.stdout.is_empty(), "{line}: nothing is written");
-    // As one line, wherever the screen broke it.
+    // As one line, regardless of line breaks.
     said.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
@@ -66,7 +66,7 @@ fn contents(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     all
 }
 
-/// Every command that reads files, and each of these files.
+/// Every command that reads files, with the files it reads.
 const READS: [(&str, &[&str]); 5] = [
     ("ringdown swing.csv", &["swing.csv"]),
     ("resonance sweep.csv --reference free.csv", &["sweep.csv", "free.csv"]),
@@ -135,7 +135,7 @@ fn tables_pictures_and_simulations_are_no_inputs_either() {
         assert!(said.contains("never overwritten"), "{line}: {said}");
     }
     assert_eq!(contents(path), before);
-    // Nor is standard output.
+    // Nor does standard output.
     #[cfg(unix)]
     {
         let file = fs::OpenOptions::new().append(true).open(path.join("swing.csv")).unwrap();
@@ -148,7 +148,7 @@ fn tables_pictures_and_simulations_are_no_inputs_either() {
     }
 }
 
-/// A map is known by its first bytes, whatever its name: also by one that an output has.
+/// A map is recognised by its first bytes, whatever its name, even one with the extension of an output.
 #[test]
 fn no_output_of_a_map_is_its_input() {
     let folder = folder();
@@ -203,7 +203,7 @@ fn a_block_of_a_map_replaces_no_file_of_others() {
     done(path, &format!("{line} --force"));
     let made = fs::read(&block).unwrap();
     done(path, line);
-    // A disk with no room leaves the old block, of other numbers, whole.
+    // A full disk leaves the old block, of other numbers, whole.
     #[cfg(target_os = "linux")]
     {
         let program = assert_cmd::cargo::cargo_bin!("slipfit");
@@ -238,7 +238,7 @@ fn two_outputs_are_two_files() {
     assert_eq!(contents(path), before);
 }
 
-/// Everything that is written: the command up to the path, and the name of the file.
+/// All outputs: the command up to the path, and the name of the file.
 fn outputs() -> Vec<(String, String)> {
     let mut all = Vec::new();
     for command in ["ringdown swing.csv", "resonance sweep.csv", "levels levels.csv", "series series.toml"] {
@@ -278,7 +278,7 @@ fn a_file_of_others_is_kept_and_an_own_one_replaced() {
         done(path, &format!("{line} --force"));
         let first = fs::read(&file).unwrap();
         assert_ne!(first, FOREIGN.as_bytes(), "{line}");
-        // An array of NumPy has no room for a mark.
+        // A NumPy array has no room for a mark.
         if !name.ends_with(".npy") {
             done(path, &line);
         }
@@ -326,7 +326,7 @@ fn links_lead_to_the_file_and_permissions_stay() {
     fs::create_dir(path.join("results")).unwrap();
     symlink("results/answer.json", path.join("link.json")).unwrap();
     for _ in 0..2 {
-        // At first the link leads nowhere, then to a file.
+        // At first the link leads nowhere, later to a file.
         done(path, "ringdown swing.csv --json link.json");
         assert!(path.join("link.json").symlink_metadata().unwrap().is_symlink());
         let answer = path.join("results/answer.json");
@@ -370,7 +370,7 @@ fn devices_and_pipes_are_written_to_as_they_are() {
     }
 }
 
-/// A disk with no room for the new file: a limit on the size of any file, whose signal is ignored.
+/// No room on the disk for the new file: a limit on the size of any file, with its signal ignored.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_disk_leaves_the_old_file_whole() {
@@ -382,7 +382,7 @@ fn a_full_disk_leaves_the_old_file_whole() {
         done(path, &line);
         let old = fs::read(path.join(&name)).unwrap();
         fs::remove_file(path.join("new.csv")).ok();
-        // No room at all: even the shortest of them does not fit.
+        // No room at all: even the shortest output does not fit.
         let script = format!("trap '' XFSZ; ulimit -f 0; exec {} {line}", program.display());
         let limited = Command::new("sh").current_dir(path).args(["-c", &script]).output().unwrap();
         let said = String::from_utf8_lossy(&limited.stderr);
@@ -425,7 +425,7 @@ fn a_kill_while_writing_leaves_the_old_file_whole() {
         child.wait().unwrap();
         assert_eq!(fs::read(path.join("out.csv")).unwrap(), old, "{signal}");
         match half_written() {
-            // Nobody can clean up after SIGKILL but the next run, which waits for a minute.
+            // After SIGKILL only the next run can clean up, and it waits for a minute.
             Some((litter, _)) => {
                 assert_eq!(signal, "-KILL");
                 let file = fs::OpenOptions::new().write(true).open(litter).unwrap();
@@ -453,7 +453,7 @@ fn one_run_a_table() {
     drop(held);
     done(path, "ringdown swing.csv free.csv --table out.csv");
     assert!(!rows.exists());
-    // Begun at the same moment, each run ends with a whole table or is refused.
+    // Started at the same time, each run ends with a whole table or is refused.
     for _ in 0..5 {
         let start = || {
             let mut command = Command::new(assert_cmd::cargo::cargo_bin!("slipfit"));

@@ -1,5 +1,5 @@
-//! Whole documents about files with hostile names, headers and units: each output is taken apart by a
-//! parser of its format and has the structure of the same document about a file with tame ones.
+//! Whole documents about files with hostile names, headers and units: each output is parsed by a parser of its
+//! format and has the structure of the same document about a file with tame names.
 #![cfg(unix)]
 
 use crate::common::{example, root, slipfit};
@@ -10,7 +10,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 use tempfile::TempDir;
 
-/// Names of files, units and conditions that mean something to a format.
+/// Names of files, units and conditions with a meaning in some format.
 const HOSTILE: [&str; 22] = [
     "=cmd()|' C calc'!A0",
     "a,=1+1;@SUM(A1)",
@@ -36,10 +36,10 @@ const HOSTILE: [&str; 22] = [
     "]]>&lt;&amp;--><![CDATA[",
 ];
 
-/// What stands in for them.
+/// The tame replacement for them.
 const TAME: &str = "tame";
 
-/// A name as a value of TOML.
+/// A name as a TOML value.
 fn toml(name: &str) -> String {
     let escaped: String = name.chars().map(|c| format!("\\U{:08x}", u32::from(c))).collect();
     format!("\"{escaped}\"")
@@ -50,7 +50,7 @@ fn folder(name: &str) -> TempDir {
     folder_with(name, TAME)
 }
 
-/// The same, with a column of the ring-down of this name and unit.
+/// The same, with a column of this name and unit in the ring-down.
 fn folder_with(name: &str, column: &str) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     let path = |kind: &str, ending: &str| folder.path().join(format!("{kind}{name}.{ending}"));
@@ -85,7 +85,7 @@ fn folder_with(name: &str, column: &str) -> TempDir {
     folder
 }
 
-/// A command, its inputs by kind and ending, and the flags besides.
+/// A command, its inputs by kind and extension, and its further flags.
 type Invocation = (&'static str, &'static [(&'static str, &'static str)], &'static [&'static str]);
 
 /// The commands that analyse.
@@ -119,13 +119,13 @@ fn turns(c: char) -> bool {
     matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
-/// No sign that a terminal or a reader of bytes obeys.
+/// Checks that there is no character that a terminal or a reader would act on.
 fn is_inert(text: &str, what: &str) {
     let found = text.find(|c: char| (c.is_control() && c != '\n') || turns(c));
     assert_eq!(found.map(|at| &text[at.saturating_sub(40)..]), None, "{what}");
 }
 
-/// The same as `of(TAME)` for every hostile name.
+/// Checks that the result is that of `of(TAME)` for every hostile name.
 fn as_if_tame<T: PartialEq + std::fmt::Debug>(what: &str, of: impl Fn(&str) -> Vec<T>) {
     let tame = of(TAME);
     for name in HOSTILE {
@@ -151,13 +151,13 @@ fn nothing_steers_the_terminal() {
                 is_inert(&String::from_utf8(bytes).unwrap(), &format!("{command}, {name:?}"));
             }
         }
-        // What is wrong with a file is said with its name and its header.
+        // The message about a bad file contains its name and its header.
         fs::write(folder.path().join(format!("bad{name}.csv")), format!("{name}\nno numbers\n")).unwrap();
         for command in ["ringdown", "resonance", "levels", "series", "inspect"] {
             let mut slipfit = slipfit();
             let bad = format!("bad{name}.csv");
             let output = slipfit.current_dir(folder.path()).args([command, "--", &bad]).output().unwrap();
-            // What a file holds is shown even where it is of no use.
+            // The contents of a file are shown even if it cannot be used.
             let code = output.status.code();
             assert!(code == Some(2) || command == "inspect" && code == Some(0), "{command}, {name:?}");
             is_inert(&String::from_utf8(output.stdout).unwrap(), &format!("{command}, {name:?}"));
@@ -166,7 +166,7 @@ fn nothing_steers_the_terminal() {
     }
 }
 
-/// Tags with the names of their attributes, and declarations; of comments that there are any.
+/// Tags with the names of their attributes, and declarations; for comments only that there are any.
 fn html_structure(page: &str) -> Vec<String> {
     let mut emitter = DefaultEmitter::default();
     emitter.naively_switch_states(true);
@@ -195,7 +195,7 @@ fn a_page_has_no_other_element_and_no_other_attribute() {
         as_if_tame(command, |name| {
             let page = document(command, name, inputs, &["--html", "-", "-q"]);
             is_inert(&page, name);
-            // It is XML as well, so that the names of attributes are unique and all ends are there.
+            // It is XML as well, so attribute names are unique and all end tags exist.
             let options = roxmltree::ParsingOptions { allow_dtd: true, ..Default::default() };
             let tree = roxmltree::Document::parse_with_options(&page, options).unwrap();
             assert!(tree.descendants().filter(|n| n.has_tag_name("script")).count() == 1);
@@ -220,7 +220,7 @@ fn a_picture_has_no_other_element_and_no_other_attribute() {
                 let names: Vec<_> = node.attributes().map(|a| a.name().to_owned()).collect();
                 (node.tag_name().name().to_owned(), names)
             };
-            // What is inside Markdown's words is drawn as letters, each a shape or a text.
+            // Text inside Markdown is drawn as letters, each a shape or a text.
             let kinds: Vec<_> = tree.descendants().filter(roxmltree::Node::is_element).map(of).collect();
             assert!(kinds.iter().all(|(kind, _)| {
                 !["script", "a", "foreignObject", "image", "style"].contains(&kind.as_str())
@@ -231,7 +231,7 @@ fn a_picture_has_no_other_element_and_no_other_attribute() {
     }
 }
 
-/// Other words of a header may make another remark on what was read, not another kind of element.
+/// Other words in a header may cause another remark on what was read, but not another kind of element.
 #[test]
 fn headers_and_units_are_text_in_every_document() {
     let kinds = |mut list: Vec<String>| {
@@ -274,7 +274,7 @@ fn headers_and_units_are_text_in_every_document() {
     });
 }
 
-/// Events without their texts; raw HTML but subscripts is a failure.
+/// Events without their texts; raw HTML other than subscripts is a failure.
 fn markdown_structure(text: &str) -> Vec<String> {
     let mut found: Vec<String> = Vec::new();
     for event in Parser::new_ext(text, Options::all()) {
@@ -295,7 +295,7 @@ fn markdown_structure(text: &str) -> Vec<String> {
             other => panic!("{other:?} in {text}"),
         }
     }
-    // A cell may be empty: text or none are the same.
+    // A cell may be empty: text or no text count as the same.
     found.retain(|event| event != "text");
     found
 }
@@ -317,12 +317,12 @@ fn markdown_has_no_markup_of_others() {
     });
 }
 
-/// Rows of a text table; no cell that is no number begins like a formula.
+/// Rows of a text table; no cell other than a number begins like a formula.
 fn csv_structure(text: &str, what: &str) -> Vec<usize> {
     is_inert(text, what);
     let mut reader = csv::ReaderBuilder::new().has_headers(false).flexible(true).from_reader(text.as_bytes());
     let records: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
-    // Spreadsheets of some countries cut at semicolons, wherever quotes stand, and comments as any line.
+    // In some locales spreadsheets split at semicolons, regardless of quotes, and split comments like any line.
     let cells = records.iter().flatten().chain(text.lines().flat_map(|line| line.split(';')));
     for cell in cells.map(|cell| cell.trim_start_matches(|c: char| c.is_whitespace() || c == '"')) {
         let formula = cell.starts_with(['=', '+', '-', '@', '\t', '\r']);
@@ -356,7 +356,7 @@ fn csv_holds_cells_and_no_formulas() {
     });
 }
 
-/// Keys in their order and the kinds of values; a number may be missing where a name is none.
+/// Keys in their order and the kinds of values; a number may be missing if a name is not a number.
 fn json_structure(value: &serde_json::Value, out: &mut Vec<String>) {
     match value {
         serde_json::Value::Object(map) => {
@@ -409,7 +409,7 @@ fn latex_is_typeset_by_a_tex_engine() {
     }
     is_inert(&pages, "LaTeX");
     let folder = tempfile::tempdir().unwrap();
-    // A name that was a command would write a file or end the document.
+    // A name that acted as a command would write a file or end the document.
     let text =
         format!("\\documentclass{{article}}\n\\begin{{document}}\n{pages}last page\n\\end{{document}}\n");
     fs::write(folder.path().join("all.tex"), text).unwrap();

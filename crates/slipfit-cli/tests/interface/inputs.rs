@@ -1,11 +1,11 @@
-//! Where records come from: standard input, pipes, folders, and names that are hard to type.
+//! Sources of records: standard input, pipes, folders, and names that are hard to type.
 
 use crate::common::{root, slipfit, stdout};
 use std::fs;
 use std::path::Path;
 use tempfile::TempDir;
 
-/// A swing at 1.25 Hz that loses 4 % a second.
+/// A swing at 1.25 Hz that loses 4 % per second.
 fn swing() -> String {
     let row = |i: u32| {
         let t = 0.02 * f64::from(i);
@@ -30,7 +30,7 @@ fn of(rows: &[serde_json::Value], key: &str) -> Vec<String> {
     rows.iter().map(|row| row[key].as_str().unwrap().to_owned()).collect()
 }
 
-/// What a table says of the swing; the file is named in the first cell.
+/// The answer to the swing, with the hash of its bytes.
 fn answer(json: &str) -> (f64, String) {
     let answer: serde_json::Value = serde_json::from_str(json).unwrap();
     let hash = answer["input"]["sha256"].as_str().unwrap().to_owned();
@@ -54,7 +54,7 @@ fn standard_input_is_read_as_a_file_is() {
         assert!(shown.contains("Time (s),Angle (rad)"), "{shown}");
         assert!(shown.contains(&format!("> slipfit ringdown {name}")), "{shown}");
     }
-    // One name wherever it is mentioned.
+    // The same name is used wherever the file is mentioned.
     let noise: String = (0..400).map(|i| format!("{},{}\n", 0.01 * f64::from(i), (i * 7919) % 101)).collect();
     let refused =
         slipfit().args(["ringdown", "-"]).write_stdin(format!("t (s),x (m)\n{noise}")).output().unwrap();
@@ -68,7 +68,7 @@ fn standard_input_is_read_as_a_file_is() {
     for (i, text) in said.iter().enumerate() {
         assert!(text.contains("standard input"), "{i}: {text:.600}");
     }
-    // A format that is read from several places is held.
+    // A format that is read from several positions is held in memory.
     let workbook = fs::read(root().join("validation/reference/formats/snappy.parquet")).unwrap();
     let shown = stdout(slipfit().args(["inspect", "-"]).write_stdin(workbook));
     assert!(shown.contains("Parquet file"), "{shown}");
@@ -108,7 +108,7 @@ fn a_pipe_with_a_name_is_read_once() {
 #[test]
 fn a_format_is_named_where_the_content_cannot_tell_it() {
     let folder = tempfile::tempdir().unwrap();
-    // Words that a sound file begins with stand above the table.
+    // The first letters are those with which a sound file begins.
     fs::write(folder.path().join("a.txt"), format!("ID3 of the sensor\n{}", swing())).unwrap();
     let run = |arguments: &[&str]| slipfit().current_dir(folder.path()).args(arguments).output().unwrap();
     let refused = run(&["ringdown", "a.txt"]);
@@ -160,7 +160,7 @@ fn a_folder_without_permission_is_a_row() {
     let locked = folder.path().join("locked");
     fs::create_dir(&locked).unwrap();
     fs::set_permissions(&locked, fs::Permissions::from_mode(0o000)).unwrap();
-    // The superuser may read everything: then the folder is empty, which is a row as well.
+    // The superuser can read everything: then the folder is empty, which also gives a row.
     let superuser = fs::read_dir(&locked).is_ok();
     let table = folder.path().join("out.json");
     let output = slipfit()
@@ -207,13 +207,13 @@ fn names_that_are_hard_to_type_are_rows_like_others() {
         assert!(output.status.success(), "{output:?}");
         output
     };
-    // Behind `--` each may be typed as it is.
+    // After `--`, each name may be typed as it is.
     let typed = hostile.map(OsStr::from_bytes);
     run(slipfit().args(["ringdown", "--table"]).arg(&table).arg("--").args(typed));
     let listed = rows(&table);
     assert_eq!(of(&listed, "file"), ["-start.csv", "two\nlines.csv", "latin\u{fffd}.csv", "a b'c\"d.csv"]);
     assert!(of(&listed, "status").iter().all(|status| status != "failed"), "{listed:?}");
-    // The same by their folder, and in a form whose rows are lines.
+    // The same files by their folder, and in a format whose rows are lines.
     let csv = folder.path().join("out.csv");
     run(slipfit().args(["ringdown", ".", "--glob", "*s*.csv", "--table"]).arg(&csv));
     let text = fs::read_to_string(&csv).unwrap();
@@ -228,8 +228,8 @@ fn names_that_are_hard_to_type_are_rows_like_others() {
     assert!(shown.contains("> slipfit ringdown ./-start.csv"), "{shown}");
 }
 
-/// Files of one swing under names that are hard to type, one missing and one without permission, by name,
-/// twice and by their folder: a row each, in the order given.
+/// Files of one swing under names that are hard to type, one missing and one without permission, by name, twice,
+/// and by their folder: one row each, in the order given.
 #[cfg(unix)]
 fn many_rows(count: usize) -> (std::time::Duration, f64) {
     use std::{ffi::OsString, os::unix::ffi::OsStringExt as _, os::unix::fs::PermissionsExt as _};
@@ -242,12 +242,12 @@ fn many_rows(count: usize) -> (std::time::Duration, f64) {
         name.extend(format!("{i:05}.csv").bytes());
         OsString::from_vec(name)
     };
-    // All but one are links to one swing: what is measured is the run, not the disk.
+    // All except one are links to one swing, so that the run is measured, not the disk.
     fs::write(held.join(name(0)), &swing).unwrap();
     (1..count).for_each(|i| fs::hard_link(held.join(name(0)), held.join(name(i))).unwrap());
     fs::write(held.join("locked.csv"), &swing).unwrap();
     fs::set_permissions(held.join("locked.csv"), fs::Permissions::from_mode(0o000)).unwrap();
-    // The superuser may read everything.
+    // The superuser can read everything.
     let locked = fs::read(held.join("locked.csv")).is_err();
     let table = folder.path().join("out.json");
     let mut command = std::process::Command::new(assert_cmd::cargo::cargo_bin!("slipfit"));
@@ -259,7 +259,7 @@ fn many_rows(count: usize) -> (std::time::Duration, f64) {
     command.arg(name(1)).arg(name(1)).arg(".");
     let begun = std::time::Instant::now();
     let mut child = command.spawn().unwrap();
-    // The most memory so far is told by the system while the program runs.
+    // The system reports the peak memory while the program runs.
     let status = format!("/proc/{}/status", child.id());
     let mut most_mb = 0.0;
     let code = loop {
@@ -289,7 +289,7 @@ fn many_rows(count: usize) -> (std::time::Duration, f64) {
 fn hundreds_of_files_are_a_row_each_and_take_no_memory_each() {
     let (_, few) = many_rows(50);
     let (_, many) = many_rows(500);
-    // A row is some hundred bytes; a record of 1500 samples held would be 24 kB, 11 MB in all.
+    // A row takes some hundred bytes; a record of 1500 samples in memory would take 24 kB, 11 MB in all.
     assert!(many < few + 6.0, "{few} MB for 50 files, {many} MB for 500");
 }
 

@@ -2,7 +2,7 @@
 
 use crate::common::{root, slipfit, stdout};
 
-/// What the command says of a fixture, from within its folder.
+/// The output of the command for a fixture, run in its folder.
 fn inspected(arguments: &[&str]) -> String {
     let folder = root().join("validation/reference/formats");
     stdout(slipfit().current_dir(folder).arg("inspect").args(arguments))
@@ -30,7 +30,7 @@ fn every_line_fits_the_screen_and_the_command_given_works() {
         let wide: Vec<&str> = text.lines().filter(|l| l.chars().count() > 80).collect();
         assert!(wide.is_empty(), "{name}: {wide:#?}");
         let command = text.lines().last().unwrap().strip_prefix("> slipfit ").unwrap();
-        // Of these the command asks for what is missing; sweeps have a command of their own.
+        // For these the command asks for what is missing; sweeps have their own command.
         let missing = ["labone.csv", "groups.h5", "cells.mat", "half.npy", "stamps_gaps.parquet"];
         if command.starts_with("ringdown") && !missing.contains(&name.as_str()) {
             stdout(slipfit().current_dir(&folder).args(command.split(' ')));
@@ -50,7 +50,7 @@ fn a_file_that_is_no_table_is_an_error() {
     assert!(String::from_utf8(output.stderr).unwrap().starts_with("error: notes.txt: no table"));
 }
 
-/// No name says what these are: what they do decides, without a fit.
+/// These columns have no names: their values decide what they are, without a fit.
 #[test]
 fn numbers_without_names_are_told_apart_by_what_they_do() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! An interrupt ends whatever is computed: exit status 130, and nothing half-written is left.
+//! An interrupt ends any computation with exit status 130 and leaves no half-written file.
 #![cfg(unix)]
 
 use std::fs;
@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// Complex noise over frequency, which the search for a resonance follows until its work is cut.
+/// Complex noise over frequency, in which the search for a resonance continues to its limit.
 fn noise(path: &Path, seed: u64) {
     let mut state = seed;
     let mut next = || {
@@ -26,7 +26,7 @@ fn start(folder: &Path, arguments: &[&str]) -> Child {
     command.spawn().unwrap()
 }
 
-/// Interrupts it once it `computes`; the exit status and how long the end took.
+/// Interrupts it once it `computes`; returns the exit status and the time until the end.
 fn interrupt(mut child: Child, computes: impl Fn(Duration) -> bool) -> (Option<i32>, Duration) {
     let started = Instant::now();
     while !computes(started.elapsed()) && started.elapsed() < Duration::from_secs(60) {
@@ -84,7 +84,7 @@ fn ends_at_once((code, took): (Option<i32>, Duration)) {
 #[test]
 fn a_long_record_and_a_map_end_too() {
     let folder = tempfile::tempdir().unwrap();
-    // Amplitudes behind a low-pass, which is undone: the slowest analysis of one record.
+    // Amplitudes after a low-pass filter, whose inversion is the slowest analysis of one record.
     let mut state = 7u64;
     let mut text = String::from("t (s),x (mm)\n");
     for i in 0..200_000 {
@@ -117,7 +117,7 @@ fn a_long_record_and_a_map_end_too() {
     let line = [&map[..], &["--table", "out.csv", "--plot", "out.svg"]].concat();
     ends_at_once(interrupt(start(folder.path(), &line), |since| since > Duration::from_millis(500)));
     assert_eq!(names(folder.path()), before);
-    // With blocks to keep as well, and of a block half-written nothing is left.
+    // The same with blocks to keep; no half-written block is left.
     let line = [&map[..], &["--table", "out.csv", "--resume", "blocks"]].concat();
     ends_at_once(interrupt(start(folder.path(), &line), |since| since > Duration::from_millis(500)));
     let blocks = names(&folder.path().join("blocks"));

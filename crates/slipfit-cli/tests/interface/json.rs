@@ -1,4 +1,4 @@
-//! Real answers keep the contract.
+//! Real answers follow the contract.
 
 use crate::common::{example, keeps_to_schema, schema, slipfit, stdout};
 use serde_json::Value;
@@ -38,7 +38,7 @@ fn the_schema_is_able_to_refuse() {
     assert!(!validator.is_valid(&answer));
 }
 
-/// What was asked is told again, every option of it.
+/// All options are included in the answer.
 #[test]
 fn every_option_is_echoed() {
     let folder = tempfile::tempdir().unwrap();
@@ -82,10 +82,10 @@ fn calibrated_answers_give_forces_near_the_truth() {
     let force = &answer["parameters"]["coulomb_force"];
     assert_eq!(force["unit"], "N");
     let (value, error) = (force["value"].as_f64().unwrap(), force["std_error"].as_f64().unwrap());
-    // Five standard errors: the seed is fixed, the claim is that units are right.
+    // Five standard errors: the seed is fixed, and the test is that the units are right.
     assert!((value - 15e-9).abs() < 5.0 * error, "{force}");
     assert!(error < 1e-9, "{force}");
-    // Two per cent of the stiffness are in the uncertainty.
+    // The uncertainty includes the two per cent of the stiffness.
     assert!(error > 0.02 * 15e-9, "{force}");
 }
 
@@ -97,7 +97,7 @@ fn the_hash_is_that_of_the_file() {
     assert_eq!(answer("classroom_pendulum.csv", &[])["input"]["sha256"], hex);
 }
 
-/// A term that no analysis compares by itself takes part where a model names it.
+/// A term that no analysis compares by default takes part if a model names it.
 #[test]
 fn a_term_is_compared_where_the_model_asked_for_has_it() {
     let folder = tempfile::tempdir().unwrap();
@@ -126,9 +126,9 @@ fn a_term_is_compared_where_the_model_asked_for_has_it() {
     let validator = jsonschema::draft202012::new(&schema("ringdown")).unwrap();
     let errors: Vec<String> = validator.iter_errors(&answer).map(|e| e.to_string()).collect();
     assert!(errors.is_empty(), "{errors:#?}");
-    // Not asked for it is nowhere.
+    // If it is not asked for, it does not appear.
     assert!(!json(&[]).to_string().contains("cubic"));
-    // The table, the equations and the sentence follow.
+    // The table, the equations and the sentence include it.
     let page = folder.path().join("page.md");
     let report =
         stdout(slipfit().arg("ringdown").arg(&path).args(["--model", "viscous+cubic", "--md"]).arg(&page));

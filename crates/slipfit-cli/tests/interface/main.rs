@@ -1,6 +1,6 @@
-//! The command as users meet it: arguments, files, streams, documents, exit codes.
+//! The command as users see it: arguments, files, streams, documents, exit codes.
 //!
-//! One program of tests: each would take as long to link as to run.
+//! All tests are one program, because each separate one would take as long to link as to run.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
 #[path = "../common/mod.rs"]

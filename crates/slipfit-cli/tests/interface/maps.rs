@@ -15,7 +15,7 @@ fn refusal(file: &Path, args: &str) -> String {
     said.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// Columns of a table by name, a value for each pixel.
+/// A column of a table by its name, one value per pixel.
 fn column(csv: &str, name: &str) -> Vec<String> {
     let mut lines = csv.lines().filter(|l| !l.starts_with('#'));
     let at = lines.next().unwrap().split(',').position(|n| n == name).unwrap();
@@ -38,7 +38,7 @@ fn pixels_have_the_losses_that_were_put_in() {
             (numbers(&csv, "decay_rate_per_s"), numbers(&csv, "decay_rate_std_error_per_s"));
         for (i, x) in numbers(&csv, "x").iter().enumerate() {
             let (y, left) = ((i / 3) as f64, |value: f64, error: f64| (value / error).abs());
-            // Chance stays within four standard errors, once in ten thousand.
+            // Random deviations exceed four standard errors once in ten thousand.
             assert!(left(rate[i] - 0.05 * x, error[i]) < 4.0, "{file} {i}: {rate:?}");
             assert!(left(decay[i] - 0.5 * (1.0 + y), decay_error[i]) < 4.0, "{file} {i}: {decay:?}");
         }
@@ -82,7 +82,7 @@ fn a_map_is_an_image_for_each_name() {
     assert!(
         names.contains("('friction_displacement', '<f8')") && names.contains("('sliding_detected', '|b1')")
     );
-    // The header is padded to whole lines of a cache.
+    // The header is padded to a multiple of 64 bytes, a cache line.
     let header = 12 + u32::from_le_bytes(bytes[8..12].try_into().unwrap()) as usize;
     assert_eq!(header % 64, 0);
     assert_eq!((bytes.len() - header) % 6, 0);
@@ -109,7 +109,7 @@ fn the_screen_counts_and_the_picture_names_traces() {
     assert!(fs::read(png).unwrap().starts_with(b"\x89PNG"));
 }
 
-/// A kept block is used again, but only with the same numbers and options.
+/// A kept block is reused, but only with the same numbers and options.
 #[test]
 fn finished_blocks_are_taken_up() {
     let folder = tempfile::tempdir().unwrap();
@@ -125,13 +125,13 @@ fn finished_blocks_are_taken_up() {
     let made = fs::metadata(&kept).unwrap().modified().unwrap();
     assert_eq!(map(&[]), first);
     assert_eq!(fs::metadata(&kept).unwrap().modified().unwrap(), made);
-    // Another option, and the block is made again.
+    // With another option, the block is computed again.
     assert!(map(&["--min-amplitude", "0.5"]) != first);
     assert_eq!(map(&[]), first);
-    // One that is cut off is not believed.
+    // A truncated block is not used.
     fs::write(&kept, &fs::read(&kept).unwrap()[..100]).unwrap();
     assert_eq!(map(&[]), first);
-    // Nor one of other numbers.
+    // A block of other numbers is not used either.
     let mut bytes = fs::read(&copy).unwrap();
     let last = bytes.len() - 3;
     bytes[last] ^= 1;
@@ -181,7 +181,7 @@ fn what_is_no_stack_is_refused() {
     assert!(refusal(&folder.path().join("missing.npy"), "--dt 1").contains("missing.npy"));
 }
 
-/// A copy of a store, whose files `change` changes.
+/// A copy of a store in which `change` modifies a file.
 fn changed(store: &str, file: &str, change: impl Fn(&mut Vec<u8>)) -> (tempfile::TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
     let copy = folder.path().join(store);
@@ -231,7 +231,7 @@ fn broken_stores_are_refused_and_missing_chunks_are_what_they_stand_for() {
         assert!(said(store, chunk, &cut).contains("chunk"), "{store}");
     }
     for at in 0..40 {
-        // Whatever a damaged byte says: numbers or a refusal.
+        // Any damaged byte gives numbers or a refusal.
         let damage = |bytes: &mut Vec<u8>| bytes[at] ^= 0x55;
         let (_folder, copy) = changed("blosc.zarr", "scan/amplitude/0.0.0", damage);
         let output =
@@ -262,7 +262,7 @@ fn a_map_is_a_store_that_replaces_its_own_kind() {
     assert!(described.contains("\"nm/s\"") && described.contains("\"y\""), "{described}");
     assert_eq!(fs::read(map.join("sliding_rate/0.0")).unwrap().len(), 6 * 8);
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "nothing is left beside it");
-    // What others wrote stays.
+    // Files written by other programs stay.
     fs::write(map.join(".zattrs"), "{}").unwrap();
     assert!(refusal(&stack("stack.npy"), &args).contains("was not written by slipfit"));
     stdout(slipfit().arg("map").arg(stack("stack.npy")).args(args.split_whitespace()).arg("--force"));
@@ -274,7 +274,7 @@ fn a_map_is_a_store_that_replaces_its_own_kind() {
     assert!(refusal(&copy, &onto).contains("the input"));
 }
 
-/// A pixel without an answer is a pixel with its reason.
+/// A pixel without an answer is reported with its reason.
 #[test]
 fn a_dead_pixel_does_not_end_a_map() {
     let folder = tempfile::tempdir().unwrap();
@@ -293,7 +293,8 @@ fn a_dead_pixel_does_not_end_a_map() {
     assert!(said.contains("5 done, 1 failed"), "{said}");
 }
 
-/// What a trace does not determine is neither drawn nor in the middle of the rest, which says how many it is of.
+/// Pixels whose trace does not determine the loss are neither drawn nor included in the median, whose number of
+/// pixels is stated.
 #[test]
 fn pixels_with_warnings_do_not_speak_for_the_map() {
     let folder = tempfile::tempdir().unwrap();
@@ -317,7 +318,7 @@ fn pixels_with_warnings_do_not_speak_for_the_map() {
     assert!(said.contains("of the 4 pixels without a warning:"), "{said}");
     assert!(said.contains("misfit"), "{said}");
     let svg = fs::read_to_string(plot).unwrap();
-    // The noise, in the images of both losses.
+    // The noise pixel, in the images of both losses.
     assert_eq!(svg.matches("no value").count(), 2, "{said}");
     assert!(svg.contains("1 of the coloured pixels has a warning"), "{said}");
 }

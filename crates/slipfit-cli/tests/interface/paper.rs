@@ -1,4 +1,4 @@
-//! `slipfit paper` and `atlas`, as a user meets them.
+//! `slipfit paper` and `slipfit atlas`, as users see them.
 
 use crate::common::{slipfit, stdout};
 use std::fs;
@@ -36,7 +36,8 @@ fn the_paper_is_reproduced_with_its_numbers() {
     for said in ["4.205794", "+19.9 %", "−9.1 %", "0.04497", "fig2.svg", "13 nN"] {
         assert!(page.contains(said), "{said}\n{page}");
     }
-    // Fig. 2 (d): without friction nothing answers at three times the frequency; with it a resonance does.
+    // Fig. 2 (d): without friction there is no response at three times the frequency; with friction there is a
+    // resonance.
     let table = whole(&out, "fig2_d.csv");
     let of = |curve: &str| -> Vec<f64> {
         let mine = table.lines().filter(|l| l.split(',').next() == Some(curve));
@@ -47,7 +48,7 @@ fn the_paper_is_reproduced_with_its_numbers() {
     let top = loaded.iter().copied().fold(0.0, f64::max);
     assert!(top > 3.0 * loaded[0], "{top} {}", loaded[0]);
     assert!(top > 0.5, "{top} {}", loaded[0]);
-    // Every row names its curve, a fit its load.
+    // Every row names its curve, and each fit its load.
     for (name, fits) in [
         ("fig2_a", ["fit of eq. (16), free", "fit of eq. (16), load 9 nN", "fit of eq. (16), load 13 nN"]),
         ("fig2_c", ["Lorentzian fit, free", "Lorentzian fit, F = 16 nN", "Lorentzian fit, F = 48 nN"]),
@@ -60,7 +61,7 @@ fn the_paper_is_reproduced_with_its_numbers() {
             assert!(curves.iter().any(|curve| curve == fit), "{name}: {fit}");
         }
     }
-    // In the picture one entry stands for the fits.
+    // In the figure one legend entry represents all fits.
     let picture = whole(&out, "fig2.svg");
     assert_eq!(picture.matches("fits of eq. (16)<").count(), 2);
     assert!(!picture.contains("fit of eq. (16), load"), "a row of the legend for each");

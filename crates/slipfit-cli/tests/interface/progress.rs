@@ -1,4 +1,4 @@
-//! A bar while a large file is read: for eyes at a terminal, for nobody else.
+//! A progress bar while a large file is read: shown on a terminal only.
 
 use crate::common::slipfit;
 use std::fmt::Write as _;
@@ -12,7 +12,7 @@ fn large() -> TempDir {
     let mut text = String::from("t (s),x (rad)\n");
     for i in 0..1_900_000 {
         let t = 1e-4 * f64::from(i);
-        // The table repeats: making it must not take longer than reading it.
+        // The cosine repeats, so that writing the file does not take longer than reading it.
         let phase = f64::from(i % 7850) * std::f64::consts::TAU / 7850.0;
         writeln!(text, "{t:.4},{:.6}", 0.3 * (-0.02 * t).exp() * phase.cos()).unwrap();
     }
@@ -21,17 +21,17 @@ fn large() -> TempDir {
     folder
 }
 
-/// What a terminal is shown; `None` where there is none.
+/// The output on a terminal; `None` if there is none.
 fn on_a_terminal(folder: &Path, line: &str) -> Option<String> {
     let command = format!("{} {line}", assert_cmd::cargo::cargo_bin!("slipfit").display());
     let mut script = Command::new("script");
     script.current_dir(folder).args(["-qec", &command, "/dev/null"]);
-    // Other systems have another script, or none.
+    // Other systems have another `script` command, or none.
     let output = script.output().ok().filter(|_| cfg!(target_os = "linux"))?;
     Some(String::from_utf8_lossy(&output.stdout).into_owned())
 }
 
-/// Noise, which a search for a resonance follows until its work is cut, in many sweeps.
+/// Noise in many sweeps, in which the search for a resonance continues to its limit.
 #[test]
 fn a_long_series_and_a_map_show_that_they_are_at_work() {
     let folder = tempfile::tempdir().unwrap();

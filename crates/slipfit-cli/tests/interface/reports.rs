@@ -1,4 +1,4 @@
-//! Reports to hand in: a page that needs nothing beside itself, and tables.
+//! Reports to hand in: a self-contained page, and tables.
 
 use crate::common::{example, root, slipfit, stdout};
 use quick_xml::Reader;
@@ -22,7 +22,7 @@ fn page(analysis: &[&str]) -> String {
     run(&[analysis, &["--html", "-"]].concat())
 }
 
-/// Elements with their attributes, and all text, unescaped; fails where it is not well-formed.
+/// Elements with their attributes, and all text, unescaped; fails if it is not well-formed.
 fn take_apart(xml: &str) -> (Vec<(String, String)>, String) {
     let mut reader = Reader::from_str(xml);
     reader.config_mut().check_end_names = true;
@@ -64,7 +64,7 @@ fn every_analysis_gives_one_page_that_holds_its_answer() {
     for analysis in ANALYSES {
         let page = page(analysis);
         let (elements, text) = take_apart(&page);
-        // The screen breaks the sentence into lines; a series has its title above it.
+        // The screen wraps the sentence; a series has its title above it.
         let screen = run(analysis);
         let told: Vec<&str> = screen.lines().take_while(|l| !l.is_empty()).collect();
         let sentence = told[usize::from(analysis[0] == "series")..].join(" ");
@@ -89,7 +89,7 @@ fn a_page_fetches_nothing() {
         for word in ["http:", "https:", "//", "url(", "@import", "<link", "<img", "<iframe", "src="] {
             let found: Vec<&str> =
                 page.match_indices(word).map(|(i, _)| page[i..].lines().next().unwrap()).collect();
-            // The script's own comment is no address.
+            // The comment of the script itself is not an address.
             let found: Vec<&&str> = found.iter().filter(|line| !line.starts_with("// Values")).collect();
             assert!(found.is_empty(), "{analysis:?}: {word} in {found:?}");
         }
@@ -108,7 +108,7 @@ fn pictures_are_well_formed_and_their_dots_tell_values() {
             assert!(elements.iter().any(|(name, a)| name == "rect" && a.contains("class=frame")));
             let dots = picture.matches("<circle").count();
             let told = picture.matches("<title>").count();
-            // Dots of the legend stand for no value.
+            // Dots in the legend represent no value.
             assert!(dots - told <= 4, "{analysis:?}: {dots} dots, {told} told");
             assert!(!text.contains("NaN"));
             assert!(!picture.contains("=\"NaN"));
@@ -139,7 +139,7 @@ fn hostile_names_stay_text() {
     assert_eq!(elements.iter().filter(|(name, _)| name == "script").count(), 1, "its own");
     assert!(!elements.iter().any(|(name, _)| name == "img"));
     assert!(text.contains(&name), "{text}");
-    // The command line gives the same words back to a shell.
+    // A shell parses the command line into the same words.
     let line = text.lines().find(|l| l.trim_start().starts_with("slipfit ringdown")).unwrap();
     assert_eq!(shlex::split(line.trim()).unwrap()[2], name);
     let table = run("--latex");
@@ -153,7 +153,7 @@ fn tables_of_the_examples_read_like_this() {
     for (analysis, name) in ANALYSES.iter().zip(["ringdown", "resonance", "levels", "series"]) {
         for flag in ["md", "latex"] {
             let text = run(&[analysis, &[&format!("--{flag}"), "-"][..]].concat());
-            // The commit is another with every build.
+            // The commit changes with every build.
             let kept: Vec<&str> = text.lines().filter(|l| !l.contains("slipfit 0")).collect();
             insta::assert_snapshot!(format!("{name}_{flag}"), kept.join("\n"));
         }

@@ -1,4 +1,4 @@
-//! What the command says of itself: version, completions, manual pages.
+//! The command's information on itself: version, completions, manual pages.
 
 use crate::common::{slipfit, stdout};
 use std::process::{Command, Stdio};

@@ -1,14 +1,14 @@
-//! `slipfit simulate`, as a user meets it.
+//! `slipfit simulate`, as users see it.
 
 use crate::common::{slipfit, stdout};
 use std::fs;
 use std::path::Path;
 
-/// Rows of a table, its header checked.
+/// Rows of a table, after a check of its header.
 fn rows(text: &str, header: &str) -> Vec<Vec<f64>> {
     let mut lines = text.lines().filter(|l| !l.starts_with('#'));
     assert_eq!(lines.next(), Some(header));
-    // An empty cell is no number.
+    // An empty cell is NaN.
     let number = |cell: &str| if cell.is_empty() { f64::NAN } else { cell.parse().unwrap() };
     lines.map(|l| l.split(',').map(number).collect()).collect()
 }
@@ -17,7 +17,7 @@ fn simulate(args: &str) -> String {
     stdout(slipfit().arg("simulate").args(args.split_whitespace()))
 }
 
-/// Status 2, nothing on standard output, and what was said.
+/// Status 2, nothing on standard output, and the message.
 fn refusal(args: &str) -> String {
     let output = slipfit().arg("simulate").args(args.split_whitespace()).output().unwrap();
     assert_eq!(output.status.code(), Some(2), "{args}: {:.300}", String::from_utf8_lossy(&output.stdout));
@@ -67,7 +67,7 @@ fn a_driven_record_is_the_exact_steady_motion() {
     let all = rows(&text, "time (s),displacement (m)");
     assert_eq!(all.len(), 8001);
     let largest = all.iter().map(|r| r[1].abs()).fold(0.0, f64::max);
-    // The table of the closed form: X = 4.205794275 at 0.97 omega_0.
+    // Value of the closed form: X = 4.205794275 at 0.97 omega_0.
     assert!((4.2055..=4.205_795).contains(&largest), "{largest}");
     assert!(text.contains("# friction_ratio = 0.9\n"), "{text:.900}");
     assert!(text.contains("# q_factor = 50\n"), "{text:.900}");
@@ -93,7 +93,7 @@ fn turning_points_are_those_of_the_closed_form_at_17_digits() {
          --turning-points",
     );
     let all = rows(&text, "time (s),turning point (m)");
-    // 1, -0.94, 0.88 … to the first within the stick zone.
+    // 1, -0.94, 0.88 … to the first one within the stick zone.
     assert_eq!(all.len(), 18);
     for (n, row) in all.iter().enumerate() {
         let expected = (1.0 - 0.06 * n as f64) * if n % 2 == 0 { 1.0 } else { -1.0 };
@@ -118,7 +118,7 @@ fn sweeps_and_levels_show_what_the_equations_say() {
         simulate(&format!("sweep {fork} --drive-force 1e-7 --start-hz 32680 --stop-hz 32720 --points 41"));
     let all = rows(&text, "frequency (Hz),amplitude (m),phase (deg)");
     assert_eq!((all.len(), all[0][0], all[40][0]), (41, 32680.0, 32720.0));
-    // Without friction: Q P/k at resonance, a quarter behind.
+    // Without friction: Q P/k at resonance, a quarter cycle behind.
     let q = 1e4 / (20e-6 * std::f64::consts::TAU * 32700.0);
     assert!((all[20][1] / (q * 1e-11) - 1.0).abs() < 1e-6, "{:?}", all[20]);
     assert!((all[20][2] + 90.0).abs() < 1e-3, "{:?}", all[20]);
@@ -144,14 +144,14 @@ fn sweeps_and_levels_show_what_the_equations_say() {
          --stop-amplitude 0.2 --points 100",
     );
     for row in rows(&text, "drive amplitude (m),amplitude (m),phase (deg)") {
-        // Eq. (9), above the threshold; the exact value lies a little higher near it.
+        // Eq. (9), above the threshold; the exact value is slightly higher near it.
         let expected = 50.0 * (row[0] - 0.04 / std::f64::consts::PI);
         match row[0] {
             x if x < 0.01 => assert!(row[1] < 1e-12, "{row:?}"),
             x if x > 0.016 => assert!((row[1] / expected - 1.0).abs() < 0.02, "{row:?} {expected}"),
             _ => {}
         }
-        // At rest there is no phase.
+        // A mass at rest has no phase.
         let finite: Vec<bool> = row.iter().map(|v| v.is_finite()).collect();
         assert_eq!(finite, [true, true, row[1] > 1e-12], "{row:?}");
     }
@@ -186,7 +186,7 @@ fn header<'a>(text: &'a str, name: &str) -> &'a str {
     found.unwrap_or_else(|| panic!("{name}: {text:.900}"))
 }
 
-/// 15 nN over 10 kN/m are 1.5 pm whatever the unit of the displacement.
+/// 15 nN over 10 kN/m is 1.5 pm, whatever the unit of the displacement.
 #[test]
 fn forces_are_turned_into_the_unit_of_the_displacement() {
     let fork = "--frequency-hz 32700 --stiffness 1e4 --viscous 20e-6 --coulomb-force 15e-9 --static-force 20e-9 \
@@ -210,7 +210,7 @@ fn forces_are_turned_into_the_unit_of_the_displacement() {
         ] {
             is(of_length(&text, name), wanted);
         }
-        // The forces are those that were given.
+        // The header contains the forces that were given.
         assert_eq!(header(&text, "coulomb_force"), "1.5e-8 N");
         assert_eq!(header(&text, "coulomb_force_minus"), "1e-8 N");
         let wave = rows(&text, &format!("time (s),displacement ({unit})"));
@@ -221,7 +221,7 @@ fn forces_are_turned_into_the_unit_of_the_displacement() {
         for (a, b) in wave.iter().zip(&in_m) {
             assert!((a[1] * m - b[1]).abs() < 1e-5 * 25e-9, "{unit}: {a:?} {b:?}");
         }
-        // A drive by a force, and what --beta makes of it.
+        // A drive by a force, with the resulting --beta.
         let driven = format!("driven {fork} --unit {unit} --drive-force 1.2e-7 {release}");
         let swept = format!(
             "sweep {fork} --unit {unit} --drive-force 1.2e-7 --start-hz 32690 --stop-hz 32710 --points 3"
@@ -243,7 +243,7 @@ fn forces_are_turned_into_the_unit_of_the_displacement() {
     }
 }
 
-/// What is given as a force is found again by the analysis of that unit.
+/// A force given to the simulation is recovered by the analysis in that unit.
 #[test]
 fn the_force_that_simulate_was_given_ringdown_finds() {
     let folder = tempfile::tempdir().unwrap();
@@ -476,7 +476,7 @@ fn parquet_holds_every_digit_and_every_parameter() {
     assert_eq!(table, parquet(&at("b.parquet")).1);
     let json: serde_json::Value = serde_json::from_slice(&fs::read(at("b.json")).unwrap()).unwrap();
     assert_eq!(json["columns"][1]["values"][777], table[777][1]);
-    // Every line of the CSV header is there, exact instead of rounded.
+    // Every line of the CSV header is there, unrounded.
     for line in csv_text.lines().filter_map(|l| l.strip_prefix("# ")).skip(1) {
         let (name, value) = line.split_once(" = ").unwrap();
         let there = &about[name];
@@ -488,7 +488,7 @@ fn parquet_holds_every_digit_and_every_parameter() {
     }
     assert_eq!(about["command"], "simulate driven");
     assert_eq!(about["coulomb_force_minus"], "0.03 N");
-    // A name is enough, and so is the form.
+    // The extension determines the format, and so does `--format`.
     let bytes = base().args(["--format", "parquet"]).output().unwrap().stdout;
     assert_eq!(bytes, fs::read(at("a.parquet")).unwrap());
 }
@@ -500,7 +500,7 @@ fn friction_that_differs_by_direction_shifts_the_rest_and_the_middle() {
     let text = simulate(&format!("decay {args} --turning-points"));
     let turns = rows(&text, "time (s),turning point (m)");
     assert!(text.contains("# friction_displacement_minus = 0.02 m\n"), "{text:.900}");
-    // Down against 0.02, up against 0.05: 2 x_F less each time, about the shifted middle.
+    // Down against 0.02, up against 0.05: 2 x_F less each time, around the shifted centre.
     for (i, w) in turns.windows(2).enumerate().take(10) {
         let middle = if i % 2 == 0 { 0.02 } else { -0.05 };
         assert!((w[1][1] + w[0][1] - 2.0 * middle).abs() < 1e-5, "{w:?}");
@@ -529,7 +529,7 @@ fn friction_that_differs_by_direction_shifts_the_rest_and_the_middle() {
         let all = rows(text, "frequency (Hz),amplitude (m),phase (deg)");
         all.into_iter().map(|r| r[1]).fold(0.0, f64::max)
     };
-    // At resonance what counts is the mean of the two.
+    // At resonance the mean of the two matters.
     let mean = "sweep --frequency-hz 1 --q 30 --friction-displacement 0.2 --drive-amplitude 1 --start-hz 0.9 \
                 --stop-hz 1.1 --points 11";
     assert!((top(&simulate(settled)) / top(&simulate(mean)) - 1.0).abs() < 2e-3);
@@ -539,7 +539,7 @@ fn friction_that_differs_by_direction_shifts_the_rest_and_the_middle() {
 fn several_harmonics_and_a_wave_from_a_file_drive_as_they_should() {
     let common = "--frequency-hz 1 --q 20 --friction-displacement 0.3 --duration 40 --rate-hz 50";
     let header = "time (s),displacement (m)";
-    // One tone is the harmonic drive.
+    // One tone is equivalent to the harmonic drive.
     let one = rows(&simulate(&format!("driven {common} --tone 0.7,1")), header);
     let same =
         rows(&simulate(&format!("driven {common} --drive-amplitude 1 --drive-frequency-hz 0.7")), header);
@@ -550,7 +550,7 @@ fn several_harmonics_and_a_wave_from_a_file_drive_as_they_should() {
         "{text:.900}"
     );
     let two = rows(&text, header);
-    // The same wave sampled finely, straight lines between.
+    // The same waveform sampled finely, interpolated linearly.
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("base.csv");
     let mut table = String::from("time (s),position (m)\n");
@@ -615,7 +615,7 @@ fn json_keeps_to_its_schema() {
          --duration 2 --rate-hz 10",
         "sweep --frequency-hz 1 --q 9 --drive-amplitude 1 --start-hz 0.9 --stop-hz 1.1 --points 5",
         "levels --frequency-hz 1 --q 9 --start-amplitude 0.1 --stop-amplitude 1 --points 3 --wait 2",
-        // At rest: without a phase.
+        // At rest, without a phase.
         "levels --frequency-hz 1 --friction-displacement 1 --start-amplitude 0.1 --stop-amplitude 0.2 --points 3",
     ] {
         let text = simulate(&format!("{args} --json -"));
@@ -626,7 +626,7 @@ fn json_keeps_to_its_schema() {
         for column in answer["columns"].as_array().unwrap() {
             assert_eq!(column["values"].as_array().unwrap().len() as u64, answer["rows"].as_u64().unwrap());
         }
-        // And it is able to refuse.
+        // The validator is able to refuse.
         let mut broken = answer.clone();
         broken["rows"] = "many".into();
         assert!(!validator.is_valid(&broken));

@@ -1,4 +1,4 @@
-//! Which request is answered, and with what.
+//! Decides which requests are answered, and how.
 
 use super::handed::{Handed, list};
 use super::site::Asset;
@@ -13,11 +13,11 @@ pub(super) struct Served {
     files: Vec<Handed>,
 }
 
-/// The part of a request that decides.
+/// The relevant part of a request.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Request<'a> {
     pub(super) method: &'a str,
-    /// As asked for, nothing decoded.
+    /// As requested, without decoding.
     pub(super) target: &'a str,
     pub(super) headers: &'a [httparse::Header<'a>],
 }
@@ -44,7 +44,7 @@ impl Served {
         Self { port, token, assets, files }
     }
 
-    /// Where the page is.
+    /// The address of the page.
     pub(super) fn address(&self) -> String {
         format!("http://127.0.0.1:{}/{}/", self.port, self.token)
     }
@@ -63,15 +63,15 @@ impl Served {
         self.page(path).unwrap_or_else(|| refused("404 Not Found", "there is no such file"))
     }
 
-    /// Whether it came to this address, from no other page: a name of another host that was made to lead here
-    /// shows in `Host`, a foreign page in `Origin`.
+    /// Whether the request came to this address and from no other page: a foreign host name that resolves to this
+    /// address shows in `Host`, a foreign page in `Origin`.
     fn is_ours(&self, request: &Request<'_>) -> bool {
         let all = |name: &str| {
             let named = request.headers.iter().filter(|h| h.name.eq_ignore_ascii_case(name));
             named.map(|h| h.value).collect::<Vec<&[u8]>>()
         };
         let here = format!("127.0.0.1:{}", self.port);
-        // The usual port is left out by browsers.
+        // Browsers omit the default port.
         let hosts: &[&str] = if self.port == 80 { &[&here, "127.0.0.1"] } else { &[&here] };
         let one_of_ours = |value: &[u8]| hosts.iter().any(|host| host.as_bytes() == value);
         let of_ours = |origin: &[u8]| origin.strip_prefix(b"http://").is_some_and(one_of_ours);
@@ -79,15 +79,15 @@ impl Served {
         host && all("origin").into_iter().all(of_ours)
     }
 
-    /// What follows the token.
+    /// The part of the path after the token.
     fn below_token<'a>(&self, path: &'a str) -> Option<&'a str> {
         let (given, below) = path.strip_prefix('/')?.split_once('/')?;
-        // In a time that does not tell how much of it fits.
+        // Constant-time comparison, so that the time does not reveal how many characters match.
         let differ = given.bytes().zip(self.token.bytes()).fold(0, |differ, (a, b)| differ | (a ^ b));
         (given.len() == self.token.len() && differ == 0).then_some(below)
     }
 
-    /// Paths are compared with those there are, never joined or opened.
+    /// Paths are compared with the existing ones, never joined or opened.
     fn page(&self, path: &str) -> Option<Answer> {
         if path == "handed.json" {
             let body = Body::Text(list(&self.files).to_string());

@@ -1,4 +1,4 @@
-//! The files named on the command line: what the page may ask for, and nothing else.
+//! The files named on the command line, the only ones that the page may request.
 
 use crate::failure::Failure;
 use serde_json::{Value, json};
@@ -6,14 +6,14 @@ use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// A file that the page opens at once.
+/// A file that the page opens at start.
 #[derive(Debug)]
 pub(super) struct Handed {
     path: PathBuf,
 }
 
 impl Handed {
-    /// A file that is there and can be read.
+    /// A file that exists and can be read.
     pub(super) fn new(path: &Path) -> Result<Self, Failure> {
         let handed = Self { path: path.to_owned() };
         match handed.open() {
@@ -24,7 +24,7 @@ impl Handed {
 
     /// The open file and its length.
     pub(super) fn open(&self) -> io::Result<(File, u64)> {
-        // Opened first: what is measured is what is read.
+        // Opened first, so that the length is that of the file that is read.
         let file = File::open(&self.path)?;
         let what = file.metadata()?;
         if !what.is_file() {
@@ -34,7 +34,7 @@ impl Handed {
     }
 }
 
-/// The names of the files in the order in which they are numbered, as on the command line.
+/// The names of the files in the order of their numbers, as on the command line.
 pub(super) fn list(files: &[Handed]) -> Value {
     files.iter().map(|handed| json!({ "name": handed.path.to_string_lossy() })).collect()
 }

@@ -1,4 +1,4 @@
-//! `slipfit app`: the page of the browser from this program, on the loopback interface.
+//! `slipfit app`: serves the browser page from this program on the loopback interface.
 
 mod answer;
 mod handed;
@@ -37,7 +37,7 @@ pub(crate) fn run(args: &AppArgs, color: ColorChoice) -> Result<ExitCode, Failur
     server::serve(&listener, served)
 }
 
-/// 128 bits that nobody guesses.
+/// 128 random bits.
 fn token() -> Result<String, Failure> {
     let mut bytes = [0; 16];
     getrandom::fill(&mut bytes)

@@ -1,4 +1,4 @@
-//! Requests as they come, each on a thread of its own.
+//! Accepts requests, each on its own thread.
 
 use super::answer::{Answer, Body, Request, Served, refused};
 use std::io::{self, Read, Write};
@@ -7,20 +7,20 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
-/// A browser asks for six files at a time.
+/// Maximum number of simultaneous requests; a browser requests six files at a time.
 const MOST_AT_ONCE: usize = 32;
-/// Headers of a browser are a tenth of it.
+/// Maximum size of the headers; those of a browser are a tenth of it.
 const MOST_BYTES: usize = 1 << 14;
 const MOST_HEADERS: usize = 64;
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// Answers until the program is ended.
+/// Serves requests until the program is ended.
 pub(super) fn serve(listener: &TcpListener, served: Served) -> ! {
     let served = Arc::new(served);
     let busy = Arc::new(AtomicUsize::new(0));
     loop {
         let Ok((stream, _)) = listener.accept() else {
-            // Out of handles, say: the next one may have better luck.
+            // For example out of file handles: the next attempt may succeed.
             std::thread::sleep(Duration::from_millis(50));
             continue;
         };
@@ -30,14 +30,14 @@ pub(super) fn serve(listener: &TcpListener, served: Served) -> ! {
         busy.fetch_add(1, Ordering::SeqCst);
         let (served, busy) = (Arc::clone(&served), Arc::clone(&busy));
         std::thread::spawn(move || {
-            // Whoever has gone needs no answer.
+            // A client that has disconnected needs no answer.
             let _ = converse(stream, &served);
             busy.fetch_sub(1, Ordering::SeqCst);
         });
     }
 }
 
-/// One request and its answer.
+/// Reads one request and answers it.
 fn converse(mut stream: TcpStream, served: &Served) -> io::Result<()> {
     stream.set_read_timeout(Some(PATIENCE))?;
     stream.set_write_timeout(Some(PATIENCE))?;
@@ -71,7 +71,7 @@ fn write(out: &mut impl Write, answer: Answer, headers_only: bool) -> io::Result
         Body::File(_, length) => *length,
     };
     let packed = if answer.packed { "Content-Encoding: gzip\r\n" } else { "" };
-    // Nothing is kept by the browser, framed by another page or told to one.
+    // The browser stores nothing, other pages cannot frame the page, and no referrer is sent.
     write!(
         out,
         "HTTP/1.1 {}\r\nContent-Type: {}\r\nContent-Length: {length}\r\n{packed}Connection: close\r\n\
@@ -120,7 +120,7 @@ mod tests {
         said
     }
 
-    /// `GET` of a path with some headers beside `Host`.
+    /// `GET` of a path with some headers in addition to `Host`.
     fn got(address: SocketAddr, path: &str, headers: &str) -> String {
         sent(address, &format!("GET {path} HTTP/1.1\r\nHost: {address}\r\n{headers}\r\n"))
     }

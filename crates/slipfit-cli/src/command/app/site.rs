@@ -1,11 +1,11 @@
-//! The page, packed into the program by build.rs.
+//! The page, embedded in the program by build.rs.
 
 /// A file of the page.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Asset {
-    /// Its path below the page, as `vendor/uplot/LICENSE`.
+    /// Its path below the page, such as `vendor/uplot/LICENSE`.
     pub(super) path: &'static str,
-    /// Its content, packed by gzip.
+    /// Its content, compressed by gzip.
     pub(super) packed: &'static [u8],
 }
 

@@ -1,4 +1,4 @@
-//! The answers of all pixels: drawn and summed up.
+//! The answers of all pixels, drawn and summarised.
 
 use crate::args::{MapArgs, MapMethod};
 use arrow_array::RecordBatch;
@@ -18,7 +18,7 @@ pub(super) struct Map<'a> {
 }
 
 impl Map<'_> {
-    /// A column of numbers, `None` where a pixel has none.
+    /// A column of numbers; `None` if a pixel has none.
     pub(super) fn numbers(&self, name: &str) -> Vec<Option<f64>> {
         let columns = self.parts.iter().filter_map(|part| part.column_by_name(name));
         columns.flat_map(|column| column.as_primitive::<Float64Type>().iter()).collect()
@@ -29,7 +29,7 @@ impl Map<'_> {
         columns.flat_map(|column| column.as_string::<i32>().iter().map(Option::unwrap_or_default))
     }
 
-    /// The unit of a column; empty where it has none.
+    /// The unit of a column; empty if it has none.
     pub(super) fn unit_of(&self, column: &str) -> String {
         let starts = |names: &[&str]| names.iter().any(|name| column.starts_with(name));
         let endings = [("_per_s", "1/s"), ("_hz", "Hz"), ("_s", "s")];
@@ -43,7 +43,7 @@ impl Map<'_> {
         }
     }
 
-    /// What is drawn and summed up: name, words and unit.
+    /// The quantities that are drawn and summarised: name, words and unit.
     pub(super) fn shown(&self) -> Vec<(&'static str, &'static str, String)> {
         let all = [
             ("friction_displacement", "friction displacement"),
@@ -51,7 +51,7 @@ impl Map<'_> {
             ("decay_rate_per_s", "decay rate"),
         ];
         let known = |name: &str| self.numbers(name).iter().any(Option::is_some);
-        // The rate stands in where no frequency turns it into a displacement.
+        // The rate replaces the displacement if there is no frequency to convert it.
         let displacement = known("friction_displacement");
         let wanted = |name: &str| if name == "sliding_rate" { !displacement } else { known(name) };
         all.into_iter()
@@ -87,7 +87,7 @@ impl Map<'_> {
             }
             let mut sizes: Vec<f64> = values.iter().flatten().map(|v| v.abs()).collect();
             sizes.sort_by(f64::total_cmp);
-            // That of the middle value: a stray pixel has no say.
+            // The scale of the median, so that a stray pixel has no influence.
             let scale = Scale::for_size(sizes.get(sizes.len() / 2).copied().unwrap_or(0.0), unit);
             values.iter_mut().flatten().for_each(|v| *v *= scale.factor);
             Image { title: scale.titled(words), values, doubtful: doubtful.clone() }
@@ -173,7 +173,7 @@ impl Map<'_> {
     }
 }
 
-/// Warnings under which the numbers of a pixel say nothing.
+/// Warnings that make the numbers of a pixel meaningless.
 const UNDETERMINED: [&str; 2] = ["not_converged", "not_separable"];
-/// Reasons that are listed.
+/// Maximum number of reasons that are listed.
 const MOST_REASONS: usize = 8;

@@ -1,4 +1,4 @@
-//! Finished blocks of a map, kept until the map is whole.
+//! Finished blocks of a map, kept until the map is complete.
 
 use crate::failure::Failure;
 use crate::output::{self, Outputs, Target};
@@ -15,24 +15,24 @@ use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
-/// A folder of blocks, each a file of Arrow.
+/// A folder of blocks, each an Arrow file.
 pub(super) struct Blocks {
     /// By their first row.
     targets: BTreeMap<usize, Target>,
     force: bool,
-    /// Everything beside its numbers that changes the answers of a block.
+    /// Everything other than its numbers that changes the answers of a block.
     asked: String,
 }
 
 const SIGNATURE: &str = "slipfit_block";
-/// What a file of Arrow begins with.
+/// The first bytes of an Arrow file.
 const MAGIC: &[u8] = b"ARROW1";
 
 impl Blocks {
-    /// The files of these blocks in `folder`, which is made if need be.
+    /// The files of these blocks in `folder`, which is created if needed.
     ///
     /// # Errors
-    /// The folder cannot be made, or one of its files is an input, an output, or not a block.
+    /// The folder cannot be created, or one of its files is an input, an output, or not a block.
     pub(super) fn in_folder(
         folder: &Path,
         rows: impl Iterator<Item = Range<usize>>,
@@ -55,8 +55,8 @@ impl Blocks {
         Ok(Self { targets, asked, force })
     }
 
-    /// The block from the folder if it was made of the same numbers with the same options, else computed and
-    /// kept.
+    /// The block from the folder if it was computed from the same numbers with the same options; otherwise it is
+    /// computed and kept.
     pub(super) fn taken_or(
         &self,
         rows: &Range<usize>,
@@ -69,7 +69,7 @@ impl Blocks {
             return Ok(kept);
         }
         let found = fit(traces)?;
-        // Another program may have made one meanwhile.
+        // Another program may have written one in the meantime.
         if !self.force && Held::of(target.named(), &signature).is_foreign() {
             return Err(output::foreign(&target.named().display().to_string()));
         }
@@ -99,12 +99,12 @@ fn keep(out: &mut dyn Write, signature: String, found: &RecordBatch) -> Result<(
     writer.finish()
 }
 
-/// What stands in the place of a block.
+/// The file found in the place of a block.
 enum Held {
-    /// Nothing, or a block of other numbers, or one that is cut off: computed again.
+    /// Nothing, a block of other numbers, or a truncated one: it is computed again.
     Nothing,
     Block(RecordBatch),
-    /// A file that is no block.
+    /// A file that is not a block.
     Foreign,
 }
 

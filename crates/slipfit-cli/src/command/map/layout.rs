@@ -1,4 +1,4 @@
-//! The columns of a map as numbers of NumPy's types, for `.npy` and zarr.
+//! The columns of a map in NumPy's number types, for `.npy` and zarr.
 
 use super::answers::Map;
 use arrow_array::cast::AsArray;
@@ -6,10 +6,10 @@ use arrow_array::types::{Float64Type, Int64Type};
 use arrow_array::{Array, ArrayRef};
 use arrow_schema::DataType;
 
-/// A column; words are as long as the longest of them.
+/// A column; texts are as long as the longest of them.
 pub(super) struct Field {
     pub(super) name: String,
-    /// Its type as NumPy writes it, such as `<f8`.
+    /// Its type in NumPy's notation, such as `<f8`.
     pub(super) code: String,
     /// Bytes of a value.
     pub(super) width: usize,
@@ -41,7 +41,7 @@ fn longest(map: &Map<'_>, at: usize) -> usize {
     map.parts.iter().map(of).max().unwrap_or(0).max(1)
 }
 
-/// Appends a value; NaN where there is no number.
+/// Appends a value; NaN if there is no number.
 pub(super) fn put(out: &mut Vec<u8>, column: &ArrayRef, row: usize, width: usize) {
     match column.data_type() {
         DataType::Float64 => {

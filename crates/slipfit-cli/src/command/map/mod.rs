@@ -43,7 +43,7 @@ pub(crate) fn run(args: &MapArgs, color: ColorChoice) -> Result<ExitCode, Failur
         }
         None => None,
     };
-    // A half-done map is worth keeping only where blocks are kept.
+    // An unfinished map is worth keeping only if blocks are kept.
     if blocks.is_some() {
         interrupt::watch()?;
     }

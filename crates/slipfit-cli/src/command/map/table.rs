@@ -14,7 +14,7 @@ use slipfit_report::escape;
 use std::io::{self, Write};
 use std::path::Path;
 
-/// Where a map goes, and how it is written there.
+/// Where a map is written, and how.
 pub(super) enum Table {
     File(Target, fn(&mut dyn Write, &Map<'_>) -> io::Result<()>),
     Store(Store),
@@ -46,7 +46,7 @@ impl Table {
     }
 }
 
-/// Rows from top to bottom, in each of them pixels from left to right.
+/// Rows from top to bottom, and in each row the pixels from left to right.
 fn pixels<'a>(map: &'a Map<'_>) -> impl Iterator<Item = (usize, usize, &'a arrow_array::RecordBatch, usize)> {
     let columns = map.pixels[1];
     let rows = map.parts.iter().flat_map(|part| (0..part.num_rows()).map(move |row| (part, row)));
@@ -69,7 +69,7 @@ fn as_csv(out: &mut dyn Write, map: &Map<'_>) -> io::Result<()> {
     Ok(())
 }
 
-/// A value as CSV has it; empty where there is none.
+/// A value as written in CSV; empty if there is none.
 fn cell(column: &ArrayRef, row: usize) -> String {
     if column.is_null(row) {
         return String::new();
@@ -93,7 +93,7 @@ fn as_npy(out: &mut dyn Write, map: &Map<'_>) -> io::Result<()> {
         "{{'descr': [{}], 'fortran_order': False, 'shape': ({rows}, {columns}), }}",
         described.join(", ")
     );
-    // Magic, version and length are twelve bytes; numbers begin at a multiple of 64.
+    // Magic, version and length take twelve bytes; the numbers begin at a multiple of 64.
     let all = (12 + header.len() + 1).next_multiple_of(64);
     header.extend(std::iter::repeat_n(' ', all - 12 - header.len() - 1));
     header.push('\n');

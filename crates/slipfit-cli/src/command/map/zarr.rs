@@ -4,12 +4,12 @@ use super::answers::Map;
 use super::layout::{Field, fields, put};
 use serde_json::{Value, json};
 
-/// The files of the store, by their paths in it.
+/// The files of the store, by their path in it.
 pub(super) fn files(map: &Map<'_>) -> Vec<(String, Vec<u8>)> {
     let group = json!({"zarr_format": 2});
     let made = json!({"slipfit": env!("CARGO_PKG_VERSION")});
     let mut files = vec![(".zgroup".to_owned(), text(&group)), (".zattrs".to_owned(), text(&made))];
-    // What readers of many arrays open in place of a file each.
+    // Readers of many arrays open this instead of one file per array.
     let mut all = serde_json::Map::from_iter([(".zgroup".to_owned(), group), (".zattrs".to_owned(), made)]);
     for (at, field) in fields(map).iter().enumerate() {
         let Field { name, width, .. } = field;
@@ -33,7 +33,7 @@ fn text(value: &Value) -> Vec<u8> {
     format!("{value:#}\n").into_bytes()
 }
 
-/// One chunk, as a map is seen whole.
+/// One chunk, because a map is viewed as a whole.
 fn array(pixels: [usize; 2], field: &Field) -> Value {
     let fill = if field.code == "<f8" { json!("NaN") } else { Value::Null };
     json!({

@@ -1,4 +1,4 @@
-//! `slipfit paper`: figures and statements of the paper, beside the exact motion.
+//! `slipfit paper`: figures and statements of the paper, compared with the exact motion.
 
 mod page;
 mod response;
@@ -15,7 +15,7 @@ use slipfit_report::plot::{self, Chart};
 use std::io::{self, Write};
 use std::process::ExitCode;
 
-/// Everything that is written.
+/// All files that are written.
 const FILES: [&str; 13] = [
     "paper.md",
     "fig1.svg",
@@ -79,7 +79,7 @@ fn write_figure(
     Ok(())
 }
 
-/// One row per point, the curve's name first.
+/// One row per point, with the name of the curve first.
 fn table(out: &mut dyn Write, chart: &Chart) -> io::Result<()> {
     writeln!(out, "# slipfit {} paper: {}", env!("CARGO_PKG_VERSION"), chart.title)?;
     writeln!(out, "curve,{},{}", quoted(&chart.x.label), quoted(&chart.y.label))?;

@@ -1,4 +1,4 @@
-//! The page that sets print, correction and error side by side.
+//! The page that compares printed statement, correction and error.
 
 use super::response::Fitted;
 use super::ringdowns::{NOISE_M, RingDown, STIFFNESS};
@@ -120,7 +120,7 @@ fn write_page(
     writeln!(text, "\nslipfit {}", env!("CARGO_PKG_VERSION"))
 }
 
-/// A bar would end the cell.
+/// A bar would end the table cell.
 fn cell(text: &str) -> String {
     text.replace('|', "\\|")
 }

@@ -14,9 +14,9 @@ const FORCES: [f64; 4] = [0.0, 16e-9, 32e-9, 48e-9];
 const HALF_SPAN_HZ: f64 = 30.0;
 const POINTS: i32 = 60;
 
-/// Base amplitude at a third of the frequency, and the forces there. A weak drive shows no
-/// resonance: the third harmonic of the velocity cannot outgrow its fundamental, or friction
-/// would no longer follow the drive.
+/// Base amplitude at a third of the frequency, and the forces there. A weak drive shows no resonance: the third
+/// harmonic of the velocity cannot become larger than its fundamental, or friction would no longer follow the
+/// drive.
 const DRIVE_AT_A_THIRD_M: f64 = 20e-9;
 const FORCES_AT_A_THIRD: [f64; 3] = [0.0, 16e-9, 32e-9];
 
@@ -25,7 +25,7 @@ pub(super) struct Curves {
     pub(super) fits: Vec<Fitted>,
 }
 
-/// A resonance curve's Lorentzian and what the paper makes of it.
+/// The Lorentzian of a resonance curve, and its inversion after the paper.
 pub(super) struct Fitted {
     pub(super) coulomb_force: f64,
     pub(super) line: LorentzianFit,
@@ -61,7 +61,7 @@ pub(super) fn curves() -> Result<Curves, Error> {
         let omega: Vec<f64> = readings.iter().map(|r| TAU * r.frequency_hz).collect();
         let amplitude: Vec<f64> = readings.iter().map(scan::Reading::amplitude).collect();
         let line = lorentzian::fit(&omega, &amplitude)?;
-        // Without friction the fit may end a rounding above x_0.
+        // Without friction, rounding may put the fitted drive slightly above x_0.
         let x_f = line.effective_drive.min(DRIVE_M);
         let inversion = lorentzian::invert(x_f, line.effective_q_factor, DRIVE_M, lorentzian::PAPER_A)?;
         fits.push(Fitted { coulomb_force, line, inversion, true_q: o.q_factor() });
@@ -71,7 +71,7 @@ pub(super) fn curves() -> Result<Curves, Error> {
         let fitted = (-POINTS..=POINTS).step_by(3).map(frequency);
         let points = fitted.map(|f| point(f, line.amplitude(TAU * f))).collect();
         let name = format!("Lorentzian fit, {}", named(coulomb_force));
-        // One entry for all of them.
+        // One legend entry for all of them.
         let legend = if color == COLORS[3] { "Lorentzian fits" } else { "" };
         dots.push(Series::new(name, points, SeriesStyle::Dots(color)).in_legend(legend));
     }
@@ -88,7 +88,7 @@ pub(super) fn curves() -> Result<Curves, Error> {
 
 pub(super) struct AtAThird {
     pub(super) chart: Chart,
-    /// Points where no motion repeating with the drive was found.
+    /// Points at which no motion that repeats with the drive was found.
     pub(super) left_out: usize,
 }
 

@@ -14,11 +14,11 @@ pub(super) const STIFFNESS: f64 = 1e4;
 const AMPLITUDE_M: f64 = 25e-9;
 const RATE_HZ: f64 = 10e3;
 const DURATION_S: f64 = 0.1;
-/// Of the dots of a fit, so that the line beneath shows.
+/// Spacing of the dots of a fit, so that the line below remains visible.
 const DOT_SPACING_S: f64 = 1.6e-3;
-/// On each of X and Y.
+/// Noise on each of X and Y.
 pub(super) const NOISE_M: f64 = 0.03e-9;
-/// Load as the paper's table has it, F in N, gamma in N s/m.
+/// Load as in the paper's table, F in N, gamma in N s/m.
 const LOADS: [(&str, f64, f64); 3] = [("free", 0.0, 22e-6), ("9 nN", 15e-9, 20e-6), ("13 nN", 17e-9, 23e-6)];
 
 pub(super) const CAPTION: &str = "(a), (b): exact ring-downs through a lock-in, F and γ of the paper's table, seeded \
@@ -29,7 +29,7 @@ pub(super) struct RingDown {
     pub(super) load: &'static str,
     pub(super) coulomb_force: f64,
     pub(super) viscous: f64,
-    /// Found: F in N and gamma in N s/m.
+    /// Fitted values: F in N and gamma in N s/m.
     pub(super) found: [Quantity; 2],
     pub(super) stop_time_s: Option<f64>,
     data: Vec<[f64; 2]>,
@@ -112,7 +112,7 @@ pub(super) fn charts(all: &[RingDown]) -> Vec<Chart> {
         }
         for (r, c) in all.iter().zip(COLORS) {
             let name = format!("fit of eq. (16), {}", r.named());
-            // One entry for all of them.
+            // One legend entry for all of them.
             let legend = if c == COLORS[2] { "fits of eq. (16)" } else { "" };
             series.push(Series::new(name, r.fit.clone(), SeriesStyle::LargeDots(c)).in_legend(legend));
         }

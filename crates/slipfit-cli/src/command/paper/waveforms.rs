@@ -1,11 +1,11 @@
-//! Fig. 1: displacement and velocity where friction leaves a gain of 5, and of 1.
+//! Fig. 1: displacement and velocity when friction leaves a gain of 5, and of 1.
 
 use slipfit::motion::steady::{HarmonicDrive, Method, SteadyState, solve};
 use slipfit::{Error, Oscillator};
 use slipfit_report::plot::{Chart, Scaled, Series, SeriesStyle};
 
 const Q: f64 = 1e4;
-/// Cycles shown.
+/// Number of cycles shown.
 const CYCLES: f64 = 2.0;
 const STEPS: u32 = 800;
 const DOTS: u32 = 64;
@@ -13,7 +13,7 @@ const DOTS: u32 = 64;
 pub(super) struct Waveforms {
     pub(super) charts: Vec<Chart>,
     pub(super) caption: String,
-    /// What the exact motion says of each case.
+    /// Results of the exact motion for each case.
     pub(super) notes: Vec<String>,
 }
 
@@ -67,7 +67,7 @@ pub(super) fn charts() -> Result<Waveforms, Error> {
                     .collect();
                 curves.push(Series::new("stops", points, SeriesStyle::LargeDots(3)));
             }
-            // Room for the legend above the curves.
+            // Leaves room for the legend above the curves.
             let reach = if velocity { 2.4 } else { 1.9 } * gain;
             let (title, label) = if velocity {
                 (format!("{letter} velocity, G = {gain}"), "dx/dt / (ω₀ x₀)")
@@ -90,7 +90,7 @@ pub(super) fn charts() -> Result<Waveforms, Error> {
     Ok(all)
 }
 
-/// Time of the positive turn.
+/// Time of the positive turning point.
 fn top(state: &SteadyState) -> f64 {
     let highest = state.turning_points().into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
     highest.map_or(0.0, |p| p.0)

@@ -12,7 +12,7 @@ use slipfit::motion::decay::FreeDecay;
 use slipfit::motion::simulate::{Drive, EventKind, Friction, Motion};
 use std::f64::consts::{PI, TAU};
 
-/// Points of a cycle the lock-in sums over: exact for all harmonics below this.
+/// Points per cycle over which the lock-in sums; the sum is exact for all harmonics below this number.
 const LOCK_IN_POINTS: u32 = 64;
 
 pub(super) fn run(args: &DecayArgs, to: &write::Destinations) -> Result<(), Failure> {
@@ -31,7 +31,7 @@ pub(super) fn run(args: &DecayArgs, to: &write::Destinations) -> Result<(), Fail
         even_rate_hz: (args.output == OutputKind::Waveform).then_some(args.sampling.rate_hz),
     };
     if args.turning_points {
-        // Past the last one the iterator ends, or the record does.
+        // The iterator ends after the last one, or the record ends.
         let most = args.sampling.duration / oscillator.half_period_s() + 2.0;
         if most > MOST_ROWS {
             return Err(Failure::new(format!("{most:.0} turning points asked for"))
@@ -57,7 +57,7 @@ pub(super) fn run(args: &DecayArgs, to: &write::Destinations) -> Result<(), Fail
     write::write(sheet, to)
 }
 
-/// The closed form, or the event machine where friction differs by direction.
+/// The closed form, or the event-driven solution if friction differs by direction.
 #[derive(Clone)]
 enum Decaying {
     Even(FreeDecay),
@@ -85,7 +85,7 @@ impl Decaying {
         }
     }
 
-    /// Displacement; times must not go back.
+    /// Displacement; times must not decrease.
     fn displacement(&mut self, time_s: f64) -> Result<f64, slipfit::Error> {
         match self {
             Self::Even(d) => Ok(d.displacement(time_s)),
@@ -134,10 +134,10 @@ fn fill(args: &DecayArgs, half_period_s: f64, mut motion: Decaying) -> super::sh
         let time_s = i as f64 / args.sampling.rate_hz;
         let value = match args.output {
             OutputKind::Waveform => motion.displacement(time_s).map_err(in_flags)? + noise.next(),
-            // The first cycle has no middle before half a period.
+            // The first cycle has no centre before half a period.
             OutputKind::Envelope if time_s < half_period_s => return Ok(Step::LeftOut),
             OutputKind::Envelope => {
-                // Cycles overlap: the motion waits at the start of this one for the next.
+                // Cycles overlap: the motion stays at the start of this one for the next.
                 motion.displacement(time_s - half_period_s).map_err(in_flags)?;
                 let mut cycle = motion.clone();
                 let [x, y] =
@@ -150,10 +150,11 @@ fn fill(args: &DecayArgs, half_period_s: f64, mut motion: Decaying) -> super::sh
     })
 }
 
-/// Fundamental of the cycle about `time_s`, `(2/T) ∫ x e^(-i omega t) dt`, phase counted from its middle.
+/// Fundamental of the cycle around `time_s`, `(2/T) ∫ x e^(-i omega t) dt`, with the phase counted from its
+/// centre.
 pub(crate) fn lock_in(motion: &FreeDecay, time_s: f64) -> [f64; 2] {
     let exact = |t| Ok(motion.displacement(t));
-    // The closed form knows every time there is.
+    // The closed form is defined at every time.
     fundamental(motion.oscillator().half_period_s(), time_s, exact).unwrap_or_default()
 }
 
@@ -165,7 +166,7 @@ fn fundamental(
     let n = f64::from(LOCK_IN_POINTS);
     let (mut x, mut y) = (0.0, 0.0);
     for i in 0..LOCK_IN_POINTS {
-        // Midpoints: for a periodic function as good as any rule gets.
+        // The midpoint rule: for a periodic function no rule is better.
         let cycle = (f64::from(i) + 0.5) / n - 0.5;
         let t = time_s + 2.0 * half * cycle;
         let (sin, cos) = (TAU * cycle).sin_cos();
@@ -173,7 +174,7 @@ fn fundamental(
         x += value * cos;
         y -= value * sin;
     }
-    // Turned so that the decay stands on X, as a lock-in's auto-phase does.
+    // Rotated so that the decay is on X, as by a lock-in's auto-phase.
     let (sin, cos) = (PI * time_s / half).sin_cos();
     Ok([2.0 / n * (x * cos + y * sin), 2.0 / n * (y * cos - x * sin)])
 }

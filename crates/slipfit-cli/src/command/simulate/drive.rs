@@ -1,4 +1,4 @@
-//! The drive of `slipfit simulate driven`: a harmonic, several, or a wave from a file.
+//! The drive of `slipfit simulate driven`: one harmonic, several, or a waveform from a file.
 
 use super::oscillator::{base_amplitude, in_flags};
 use super::sheet::{Parameters, number};
@@ -10,16 +10,16 @@ use slipfit::motion::steady::HarmonicDrive;
 use slipfit_io::{ReadOptions, Reading};
 use std::f64::consts::TAU;
 
-/// The drive and what a header says of it.
+/// The drive and its description in the header.
 pub(super) struct Wave {
     pub(super) drive: Drive,
     pub(super) kind: Kind,
-    /// Rows of a file that gave no sample, and why.
+    /// Skipped rows of a file, with the reason.
     pub(super) warnings: Vec<String>,
 }
 
 pub(super) enum Kind {
-    /// One harmonic at phase zero: what `--beta` and `--from steady` know.
+    /// One harmonic at phase zero, which `--beta` and `--from steady` need.
     Harmonic {
         drive: HarmonicDrive,
     },
@@ -31,7 +31,7 @@ pub(super) enum Kind {
     },
 }
 
-/// Amplitude `x_0` of the harmonic of the base, a force over the stiffness; `None` without one.
+/// Amplitude `x_0` of the harmonic of the base (of a force: over the stiffness); `None` if there is none.
 pub(super) fn amplitude(
     args: &WaveArgs,
     oscillator: &Oscillator,
@@ -46,7 +46,7 @@ pub(super) fn amplitude(
     }
 }
 
-/// What `--beta` refers to.
+/// The amplitude to which `--beta` refers.
 pub(super) fn reference(args: &WaveArgs, oscillator: &Oscillator, unit: &str) -> Result<f64, Failure> {
     amplitude(args, oscillator, unit)?.ok_or_else(|| {
         Failure::new("--beta is a ratio to --drive-amplitude or --drive-force, and neither is given")
@@ -91,7 +91,7 @@ fn from_file(reading: Reading) -> Result<Wave, Failure> {
     let samples = record.len();
     let mut times = record.times_s(0..samples);
     let mut values = record.signal().to_vec();
-    // Of stamps written twice the later sample holds: a drive has one value at a time.
+    // Of repeated time stamps the later sample is used: a drive has one value at a time.
     let mut warnings: Vec<String> = report
         .skipped
         .iter()
@@ -117,7 +117,7 @@ fn from_file(reading: Reading) -> Result<Wave, Failure> {
 }
 
 impl Wave {
-    /// Writes down what the drive is.
+    /// Adds the description of the drive to the parameters.
     pub(super) fn describe(&self, args: &DrivenArgs, o: &Oscillator, all: &mut Parameters) {
         let unit = &args.sample.unit;
         match &self.kind {

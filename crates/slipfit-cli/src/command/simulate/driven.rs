@@ -44,7 +44,7 @@ pub(super) fn run(args: &DrivenArgs, to: &write::Destinations, color: ColorChoic
         all.number("drive_off_at_s", off_at, "");
     }
     let motion = Motion::with_friction(&o, friction, drive, 0.0, position, velocity).map_err(in_flags)?;
-    // A converter is set to what it is going to see.
+    // The full scale of a converter is set to the largest value of the motion.
     let full_scale = if args.sample.quantize_bits.is_some() {
         largest(motion.clone(), args.sampling.duration, position)
     } else {
@@ -76,7 +76,7 @@ pub(super) fn run(args: &DrivenArgs, to: &write::Destinations, color: ColorChoic
         even_rate_hz: Some(args.sampling.rate_hz),
     };
     if args.turning_points {
-        // Drawn one at a time: memory stays flat however many there are.
+        // Computed one at a time, so that memory use does not grow with their number.
         let mut points = turning_points(motion, args.sampling.duration);
         sheet.rows = u64::MAX;
         sheet.columns = turning_point_columns(unit);

@@ -1,4 +1,4 @@
-//! The oscillator, its friction and its drive, as the flags give them.
+//! The oscillator, its friction and its drive from the flags.
 
 use super::sheet;
 use crate::args::{DriveArgs, MinusArgs, OscillatorArgs};
@@ -7,7 +7,7 @@ use slipfit::Oscillator;
 use slipfit::model::displacement::DisplacementUnit;
 use slipfit::motion::simulate::Friction;
 
-/// The oscillator, whose displacements are in `unit`; `reference` is the one that `--beta` refers to.
+/// The oscillator, whose displacements are in `unit`; `reference` is the amplitude to which `--beta` refers.
 pub(super) fn oscillator(
     args: &OscillatorArgs,
     unit: &str,
@@ -77,7 +77,7 @@ pub(super) fn friction(args: &MinusArgs, o: &Oscillator, unit: &str) -> Result<F
         .map_err(in_flags)
 }
 
-/// The displacement under a force given by a flag, in the unit of displacements.
+/// The displacement equivalent to a force given by a flag, in the unit of displacements.
 fn under_force(o: &Oscillator, unit: &str, force: f64, flag: &str, hint: &str) -> Result<f64, Failure> {
     DisplacementUnit::of_forces(unit).map_err(in_flags)?;
     o.displacement_under(force).ok_or_else(|| {
@@ -85,12 +85,12 @@ fn under_force(o: &Oscillator, unit: &str, force: f64, flag: &str, hint: &str) -
     })
 }
 
-/// Amplitude `x_0` of the base, a force over the stiffness.
+/// Amplitude `x_0` of the base, or a force over the stiffness.
 pub(super) fn base_amplitude(drive: &DriveArgs, o: &Oscillator, unit: &str) -> Result<f64, Failure> {
     let hint = "--stiffness or --mass gives it one; --drive-amplitude drives the base instead";
     match (drive.drive_amplitude, drive.drive_force) {
         (None, Some(p)) => under_force(o, unit, p, "--drive-force", hint),
-        // One of them there is: the group of arguments is required.
+        // One of them is given: the group of arguments is required.
         (x, _) => Ok(x.unwrap_or_default()),
     }
 }
@@ -106,7 +106,7 @@ pub(super) fn driven_oscillator(
     Ok((oscillator, amplitude))
 }
 
-/// The core names parameters as its functions do; here they are flags.
+/// Errors of the core name parameters as its functions do; here they are renamed to flags.
 pub(super) fn in_flags(error: slipfit::Error) -> Failure {
     let flags = |text: &str| {
         let mut text = text.to_owned();

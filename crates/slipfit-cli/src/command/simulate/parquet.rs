@@ -1,4 +1,4 @@
-//! A table as Parquet: a column of doubles each, every parameter in the file's metadata.
+//! A table as Parquet: one column of doubles each, with every parameter in the file's metadata.
 
 use super::sheet::{Parameter, Sheet, Value};
 use crate::failure::Failure;
@@ -12,17 +12,17 @@ use ::parquet::file::writer::SerializedFileWriter;
 use ::parquet::schema::types::Type;
 use std::sync::Arc;
 
-/// Rows of one row group: what is kept in memory.
+/// Number of rows per row group, which are kept in memory.
 const GROUP: usize = 1 << 16;
 
-/// Writes the rows as they are made: memory stays flat.
+/// Writes the rows as they are computed, so that memory use does not grow.
 pub(super) fn stream(sheet: &mut Sheet<'_>, target: &Target) -> Result<(), Failure> {
     let mut file = Table::create(sheet, target)?;
     sheet.for_each(|_, row| file.push(row))?;
     file.finish()
 }
 
-/// Writes rows that are there already, one after the other.
+/// Writes rows that are already computed, one after the other.
 pub(super) fn write(sheet: &Sheet<'_>, rows: &[f64], target: &Target) -> Result<(), Failure> {
     let mut file = Table::create(sheet, target)?;
     for row in rows.chunks(sheet.columns.len()) {
@@ -42,7 +42,7 @@ impl Table {
         let name = target.named().display().to_string();
         let sink = target.open()?;
         let made = schema(sheet).and_then(|schema| {
-            // Numbers with noise neither repeat nor compress.
+            // Numbers with noise neither repeat nor compress well.
             let properties = WriterProperties::builder()
                 .set_created_by(format!("slipfit {}", env!("CARGO_PKG_VERSION")))
                 .set_dictionary_enabled(false)
@@ -84,7 +84,7 @@ impl Table {
     }
 }
 
-/// Columns named as in CSV, so that the same readers know them.
+/// Columns named as in CSV, so that the same readers recognise them.
 fn schema(sheet: &Sheet<'_>) -> Result<Type, ParquetError> {
     let fields = sheet
         .columns
@@ -98,7 +98,7 @@ fn schema(sheet: &Sheet<'_>) -> Result<Type, ParquetError> {
     Type::group_type_builder("slipfit").with_fields(fields).build()
 }
 
-/// As in the header of CSV; numbers as they are, unit behind.
+/// As in the header of CSV; numbers unrounded, followed by their unit.
 fn metadata(sheet: &Sheet<'_>) -> Vec<KeyValue> {
     let mut all = vec![
         KeyValue::new("program".to_owned(), format!("slipfit {}", env!("CARGO_PKG_VERSION"))),

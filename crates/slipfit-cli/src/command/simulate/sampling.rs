@@ -1,4 +1,4 @@
-//! Rows of a record and the noise on them.
+//! Number of rows of a record, and its noise.
 
 use crate::failure::Failure;
 use rand::SeedableRng;
@@ -8,7 +8,7 @@ use rand_distr::{Distribution, StandardNormal};
 /// More rows than any table is read with.
 pub(super) const MOST_ROWS: f64 = 1e9;
 
-/// White noise of one seed.
+/// White noise with a seed.
 pub(crate) struct Noise {
     rng: ChaCha12Rng,
     rms: f64,
@@ -25,7 +25,7 @@ impl Noise {
     }
 }
 
-/// Rows from zero to the duration, both included.
+/// Number of rows from zero to the duration, both included.
 pub(super) fn rows(duration_s: f64, rate_hz: f64) -> Result<u64, Failure> {
     let rows = (duration_s * rate_hz).floor() + 1.0;
     if rows > MOST_ROWS {

@@ -88,7 +88,7 @@ pub(super) fn levels(args: &LevelsArgs, to: &write::Destinations) -> Result<(), 
     record(about, &readings, &args.sample, to)
 }
 
-/// `points` values from one end to the other, both met exactly.
+/// `points` values from one end to the other, both reached exactly.
 fn spaced(from: f64, to: f64, points: u32, log: bool) -> impl Iterator<Item = f64> {
     let last = points - 1;
     (0..points).map(move |i| match i {
@@ -101,17 +101,17 @@ fn spaced(from: f64, to: f64, points: u32, log: bool) -> impl Iterator<Item = f6
     })
 }
 
-/// What is recorded beside the readings.
+/// Description of the readings.
 struct About {
     command: &'static str,
     title: &'static str,
     parameters: Parameters,
-    /// Column of what was varied, and its value.
+    /// Column of the varied quantity, and its value.
     column: Column,
     place: fn(&Reading) -> f64,
 }
 
-/// Writes the readings as the sensor shows them.
+/// Writes the readings with the noise and resolution of the sensor.
 fn record(
     about: About,
     readings: &[Reading],
@@ -136,7 +136,7 @@ fn record(
             let mut reading = readings[i as usize];
             reading.fundamental += Phasor::new(noise.next(), noise.next());
             let amplitude = converted(sample, largest, reading.amplitude());
-            // Of a mass at rest there is none, and the cell is empty.
+            // A mass at rest has no phase, and the cell is empty.
             let phase_deg = reading.phase_rad().map_or(f64::NAN, f64::to_degrees);
             row.extend([place(&reading), amplitude, phase_deg]);
             Ok(Step::Row)

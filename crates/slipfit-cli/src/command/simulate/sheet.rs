@@ -1,4 +1,4 @@
-//! A table to be written: its title, the parameters it was made with, its rows.
+//! A table to be written: its title, the parameters of the simulation, its rows.
 
 use crate::args::SampleArgs;
 use crate::failure::Failure;
@@ -9,12 +9,12 @@ use slipfit::motion::simulate::Friction;
 /// Fills a row.
 pub(super) type Fill<'a> = Box<dyn FnMut(u64, &mut Vec<f64>) -> Result<Step, Failure> + 'a>;
 
-/// What became of a row.
+/// Result of filling a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Step {
     Row,
     LeftOut,
-    /// There is none, nor any after it.
+    /// There is no such row, nor any after it.
     End,
 }
 
@@ -25,10 +25,10 @@ pub(super) struct Sheet<'a> {
     pub(super) title: &'static str,
     pub(super) parameters: Vec<Parameter>,
     pub(super) columns: Vec<Column>,
-    /// At most so many; what has no known number ends by itself.
+    /// Maximum number of rows; a table of unknown length ends by itself.
     pub(super) rows: u64,
     pub(super) fill: Fill<'a>,
-    /// Samples a second of an evenly sampled trace that starts at zero: what a sound file can hold.
+    /// Samples per second of a uniformly sampled trace that starts at zero, which a sound file can hold.
     pub(super) even_rate_hz: Option<f64>,
 }
 
@@ -53,7 +53,7 @@ pub(super) struct Column {
 /// How a column is written as text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Digits {
-    /// The shortest that reads back to the same number.
+    /// The shortest form that reads back to the same number.
     Shortest,
     /// Seven significant digits, more than any converter has.
     Seven,
@@ -73,7 +73,7 @@ impl Column {
 }
 
 impl Sheet<'_> {
-    /// Hands over each row as it is made.
+    /// Passes on each row as it is computed.
     pub(super) fn for_each(
         &mut self,
         mut give: impl FnMut(&Self, &[f64]) -> Result<(), Failure>,
@@ -95,7 +95,7 @@ impl Sheet<'_> {
 pub(super) struct Parameters(pub(super) Vec<Parameter>);
 
 impl Parameters {
-    /// Those of the oscillator.
+    /// The parameters of the oscillator.
     pub(super) fn of(o: &Oscillator, unit: &str) -> Self {
         let mut all = Self(Vec::new());
         all.number("frequency_hz", o.frequency_hz(), "");
@@ -118,7 +118,7 @@ impl Parameters {
         all
     }
 
-    /// Those of friction that differs by direction, where it does.
+    /// The parameters of friction, if it differs by direction.
     pub(super) fn uneven(&mut self, friction: Friction, o: &Oscillator, unit: &str) {
         if friction == Friction::of(o) {
             return;
@@ -146,7 +146,7 @@ impl Parameters {
         self.0.push(Parameter { name, value: Value::Text(text.into()), unit: String::new() });
     }
 
-    /// Those of the sensor; `full_scale` is the amplitude its converter is set to.
+    /// The parameters of the sensor; `full_scale` is the amplitude its converter is set to.
     pub(super) fn sensor(&mut self, sample: &SampleArgs, full_scale: f64) {
         let unit = &sample.unit;
         self.number("noise_rms", sample.noise_rms, unit);
@@ -158,7 +158,7 @@ impl Parameters {
     }
 }
 
-/// Units of the constants; those of a length where the unit is neither a length nor an angle.
+/// Units of the constants; those of a length if the unit is neither a length nor an angle.
 fn units(o: &Oscillator) -> MechanicalUnits {
     o.displacement_unit().map_or(Coordinate::Length, |unit| unit.coordinate).mechanical_units()
 }
@@ -167,7 +167,7 @@ fn quantum(sample: &SampleArgs, full_scale: f64, bits: u32) -> f64 {
     2.0 * (full_scale.abs() + 5.0 * sample.noise_rms) / 2f64.powi(bits as i32)
 }
 
-/// What the converter makes of a value.
+/// A value after the converter.
 pub(super) fn converted(sample: &SampleArgs, full_scale: f64, value: f64) -> f64 {
     match sample.quantize_bits {
         Some(bits) => {
@@ -178,7 +178,7 @@ pub(super) fn converted(sample: &SampleArgs, full_scale: f64, value: f64) -> f64
     }
 }
 
-/// Shortest form that reads back to twelve digits.
+/// Shortest form of the value rounded to twelve digits.
 pub(super) fn number(value: f64) -> String {
     let rounded: f64 = format!("{value:.11e}").parse().unwrap_or(value);
     if rounded != 0.0 && !(1e-4..1e7).contains(&rounded.abs()) {

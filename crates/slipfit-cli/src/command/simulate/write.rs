@@ -1,4 +1,4 @@
-//! A table as CSV, NPY, sound, Parquet or JSON.
+//! Writes a table as CSV, NPY, sound, Parquet or JSON.
 
 use super::parquet;
 use super::sheet::{Digits, Parameter, Sheet, Value, number};
@@ -11,19 +11,19 @@ use slipfit_report::json::{SimulatedColumn, SimulatedParameter, SimulatedRecord,
 use std::io::{self, Cursor, Write};
 use std::path::Path;
 
-/// Values kept in memory for the formats that need them all.
+/// Maximum number of values kept in memory for the formats that need all of them.
 const MOST_VALUES: u64 = 200_000_000;
 
-/// Where a table goes, checked.
+/// Checked destinations of a table.
 pub(super) struct Destinations {
-    /// None where JSON alone is asked for on standard output.
+    /// `None` if only JSON is requested on standard output.
     table: Option<Target>,
     format: RecordFormat,
     json: Option<Target>,
 }
 
 impl Destinations {
-    /// Those of a run that reads `input`.
+    /// The destinations of a run that reads `input`.
     pub(super) fn new(out: &OutArgs, input: Option<&Path>) -> Result<Self, Failure> {
         let mut outputs = Outputs::new(out.replace.force, input)?;
         let json = out.json.as_deref().map(|path| outputs.add("--json", path)).transpose()?;
@@ -35,16 +35,16 @@ impl Destinations {
     }
 }
 
-/// Writes the table wherever it was asked for.
+/// Writes the table to its destinations.
 pub(super) fn write(sheet: Sheet<'_>, to: &Destinations) -> Result<(), Failure> {
-    // Beside rows on a terminal a sign of life would be in their way.
+    // A spinner would disturb rows that are printed on a terminal.
     let screen = to.table.iter().chain(&to.json).any(Target::is_stdout);
     progress::watched("simulating", screen, || write_all(sheet, to))
 }
 
 fn write_all(mut sheet: Sheet<'_>, to: &Destinations) -> Result<(), Failure> {
     if let (Some(table), None) = (&to.table, &to.json) {
-        // Row by row where the format allows it: memory stays flat.
+        // Row by row if the format allows it, so that memory use does not grow.
         match to.format {
             RecordFormat::Csv => return stream(&mut sheet, table),
             RecordFormat::Parquet => return parquet::stream(&mut sheet, table),
@@ -82,7 +82,7 @@ fn by_ending(path: &Path) -> Result<RecordFormat, Failure> {
         Some("npy") => Ok(RecordFormat::Npy),
         Some("wav") => Ok(RecordFormat::Wav),
         Some("parquet") => Ok(RecordFormat::Parquet),
-        // Any other name is text, as it always was.
+        // Any other extension means text.
         _ => Ok(RecordFormat::Csv),
     }
 }
@@ -145,7 +145,7 @@ fn npy(rows: &[f64], columns: usize) -> Vec<u8> {
     const MAGIC: &[u8] = b"\x93NUMPY\x01\x00";
     let shape = (rows.len() / columns.max(1), columns);
     let mut header = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': {shape:?}, }}");
-    // NumPy aligns the values to 64 bytes; the header's length takes two and a line feed ends it.
+    // NumPy aligns the values to 64 bytes; the length of the header takes two bytes and a line feed ends it.
     let before = MAGIC.len() + 2 + header.len() + 1;
     header.push_str(&" ".repeat(before.next_multiple_of(64) - before));
     header.push('\n');
@@ -182,11 +182,11 @@ fn wav(sheet: &Sheet<'_>, rows: &[f64]) -> Result<Vec<u8>, Failure> {
     Ok(with_software(bytes.into_inner()))
 }
 
-/// The sound with the name of this program in it, as the chunk `LIST` of type `INFO`.
+/// The sound with the name of this program added, as the chunk `LIST` of type `INFO`.
 fn with_software(mut sound: Vec<u8>) -> Vec<u8> {
     let mut name = format!("slipfit {}\0", env!("CARGO_PKG_VERSION")).into_bytes();
     let length = (name.len() as u32).to_le_bytes();
-    // Chunks begin at even places.
+    // Chunks begin at even offsets.
     name.resize(name.len().next_multiple_of(2), 0);
     let mut info = b"INFOISFT".to_vec();
     info.extend(length);
@@ -194,13 +194,13 @@ fn with_software(mut sound: Vec<u8>) -> Vec<u8> {
     sound.extend(b"LIST");
     sound.extend((info.len() as u32).to_le_bytes());
     sound.extend(info);
-    // Beyond 4 GB the size of the whole does not fit its field, whatever is appended.
+    // Above 4 GB the total size does not fit its field, whatever is appended.
     let size = u32::try_from(sound.len() - 8).unwrap_or(u32::MAX);
     sound[4..8].copy_from_slice(&size.to_le_bytes());
     sound
 }
 
-/// The record with everything it was made with.
+/// The record with all parameters of the simulation.
 fn as_json<'a>(sheet: &'a Sheet<'_>, rows: &[f64]) -> SimulatedRecord<'a> {
     let parameters = sheet.parameters.iter().map(|p| {
         let value = match &p.value {
