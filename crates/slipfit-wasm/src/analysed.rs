@@ -1,4 +1,4 @@
-//! An answer with what was asked: what every report of it is made from.
+//! An answer with its options, from which every report is made.
 
 use crate::refusal::Refusal;
 use crate::{Analysis, File, Options};
@@ -6,7 +6,7 @@ use slipfit::answer::Warning;
 use slipfit::{SignalKind, levels, resonance, ringdown};
 use slipfit_io::{Format, LevelReading, Reading, SweepReading};
 
-/// What an analysis was asked and what it answered. The record of a ring-down stays in the session for the next one.
+/// Options and answer of an analysis. The record of a ring-down stays in [`crate::Session`] for the next one.
 #[derive(Debug)]
 pub(crate) enum Analysed {
     Ringdown {
@@ -84,7 +84,7 @@ impl Analysed {
     }
 }
 
-/// A choice that would change nothing is a mistake, as it is on a command line.
+/// An option without effect is an error, as on a command line.
 fn check_used(reading: &Reading, options: &ringdown::Options, chosen: &Options) -> Result<(), Refusal> {
     let amplitudes = matches!(reading.record.kind(), SignalKind::Envelope | SignalKind::LockIn);
     if let Some(f) = options.frequency_hz.filter(|_| !amplitudes) {

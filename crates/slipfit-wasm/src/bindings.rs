@@ -1,5 +1,5 @@
-//! What JavaScript calls. Every function takes and gives JSON text, the result or `{"error": {"message", "hints"}}`;
-//! samples cross as numbers.
+//! Functions called by JavaScript. Each takes JSON text and returns JSON text, which is the result or
+//! `{"error": {"message", "hints"}}`; samples are passed as numbers.
 #![allow(unsafe_code, reason = "the glue that wasm-bindgen writes around each function")]
 #![allow(unreachable_pub, reason = "exported by wasm-bindgen, from wherever they stand")]
 
@@ -27,8 +27,8 @@ fn parsed<T: DeserializeOwned>(choice: &str) -> Result<T, Refusal> {
     serde_json::from_str(choice).map_err(|e| Refusal::new(e.to_string()))
 }
 
-/// Runs when the module is loaded. Every browser that accepts the module has lanes of 128 bits: the kernels that
-/// use them are part of it.
+/// Runs when the module is loaded. Every browser that accepts the module supports 128-bit SIMD, because the
+/// kernels that use it are part of the module.
 #[wasm_bindgen(start)]
 pub fn use_lanes() {
     pulp_wasm_simd_flag::enable_simd128();
@@ -40,7 +40,7 @@ pub struct Held(Session);
 
 #[wasm_bindgen(js_class = Session)]
 impl Held {
-    /// [`Session::new`]; an empty `reference_name` stands for none.
+    /// [`Session::new`]; an empty `reference_name` means no reference.
     #[wasm_bindgen(constructor)]
     pub fn new(bytes: Vec<u8>, name: &str, reference: Vec<u8>, reference_name: &str) -> Self {
         let reference = (!reference_name.is_empty()).then_some((reference_name, reference));
@@ -57,7 +57,7 @@ impl Held {
         told(Options::parse(options).and_then(|options| self.0.analyse(&options)))
     }
 
-    /// [`Session::trace`]: instants, signal and fit, each as long as the others, one after another.
+    /// [`Session::trace`]: times, signal and fit, of equal length, one after another.
     pub fn trace(&self) -> Option<Vec<f64>> {
         self.0.trace().map(|trace| [trace.time_s, trace.signal, trace.fitted].concat())
     }
@@ -81,7 +81,7 @@ pub fn simulate_resonance(choice: &str) -> String {
     told(parsed(choice).and_then(|choice| resonance(&choice)))
 }
 
-/// Style rules that turn the colours of the panels for a dark screen.
+/// Style rules that convert the colours of the panels for a dark screen.
 #[wasm_bindgen(js_name = darkRules)]
 pub fn dark_rules() -> String {
     slipfit_report::plot::dark_rules()

@@ -1,17 +1,16 @@
-//! slipfit in a browser: the bytes of a file and what the person chose go in, the answer comes out
+//! slipfit in a browser: the input is the bytes of a file and the options of the user, the output is the answer
 //! with everything a page shows of it.
 //!
-//! This crate converts and computes nothing: reading is `slipfit-io`'s, the answer the core's, words,
-//! figures and files are those of `slipfit-report`. Everything crosses to JavaScript as JSON text, samples
-//! as numbers.
+//! This crate only converts: `slipfit-io` reads, the core computes the answer, and `slipfit-report` makes texts,
+//! figures and files. All data are passed to JavaScript as JSON text, samples as numbers.
 //!
 //! | function | gives |
 //! |---|---|
 //! | [`Session::preview`] | the tables of a file, and which analysis it is for |
 //! | [`Session::analyse`] | the answer: JSON, document with the panels, warnings, command, Python call |
 //! | [`Session::trace`] | the record and its fit, to be drawn |
-//! | [`Session::output`] | figure, report or CSV, made where they are asked for |
-//! | [`simulate::decay`], [`simulate::resonance`] | the exact motion beside the paper's approximations |
+//! | [`Session::output`] | figure, report or CSV, made on request |
+//! | [`simulate::decay`], [`simulate::resonance`] | the exact motion and the paper's approximations |
 
 mod analysed;
 mod options;
@@ -32,7 +31,7 @@ pub use refusal::{Advice, Refusal};
 pub use session::{Answered, Output, RaisedWarning, Session};
 pub use trace::Trace;
 
-/// A file as a browser hands it over: its name, for display, and what it holds.
+/// A file from a browser: its name, for display, and its content.
 #[derive(Debug, Clone, Copy)]
 struct File<'a> {
     name: &'a str,

@@ -1,4 +1,4 @@
-//! What the person chose, by the names of the libraries' options.
+//! The options set by the user, under the names of the libraries' options.
 
 use crate::refusal::Refusal;
 use serde::{Deserialize, Serialize};
@@ -8,7 +8,7 @@ use slipfit::ringdown::LowPass;
 use slipfit::{Calibration, SignalKind, levels, resonance, ringdown};
 use slipfit_io::{Format, ReadOptions};
 
-/// Which question a file is asked.
+/// The analysis made of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Analysis {
@@ -35,7 +35,7 @@ impl Analysis {
         }
     }
 
-    /// The options it takes.
+    /// Names of the options it takes.
     fn takes(self) -> &'static [&'static str] {
         match self {
             Self::Ringdown => &[
@@ -120,18 +120,18 @@ impl Analysis {
     }
 }
 
-/// A value and its standard error, zero where it is exact.
+/// A value and its standard error, which is zero if the value is exact.
 type Uncertain = [f64; 2];
 
-/// Everything a person can choose; what is not given is left to the file and the analysis. The names
-/// are those of `slipfit_io::ReadOptions` and of the analyses' options, so that a hint can be applied as
-/// it stands. Options of another analysis than the one asked for are kept, and not used.
+/// All options that a user can set; what is not given is left to the file and the analysis. The names are those
+/// of `slipfit_io::ReadOptions` and of the analyses' options, so that a hint can be applied as it is. Options of
+/// another analysis than the requested one are kept, but not used.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 #[serde(default)]
 pub struct Options {
-    /// The analysis; chosen by the file where it is not given.
+    /// The analysis; chosen by the content of the file if it is not given.
     pub analysis: Option<Analysis>,
-    /// The others by their names.
+    /// The other options, by name.
     #[serde(flatten)]
     chosen: Map<String, Value>,
 }
@@ -188,10 +188,10 @@ struct Chosen {
 }
 
 impl Options {
-    /// From JSON: `{"band_hz": [79, 82]}`. `null` is as good as nothing.
+    /// Parses JSON: `{"band_hz": [79, 82]}`. `null` counts as not given.
     ///
     /// # Errors
-    /// [`Refusal`] of a name that no option has, or a value of another kind.
+    /// [`Refusal`] for a name that is not an option, or a value of the wrong type.
     ///
     /// ```
     /// let error = slipfit_wasm::Options::parse(r#"{"bands": 3}"#).unwrap_err();
@@ -201,7 +201,7 @@ impl Options {
         let refused = |e: serde_json::Error| Refusal::new(format!("options: {e}"));
         let mut options: Self = serde_json::from_str(json).map_err(refused)?;
         options.chosen.retain(|_, value| !value.is_null());
-        // Every name and every value is checked, whichever analysis will use them.
+        // Every name and every value is checked, whichever analysis uses them.
         let chosen: Chosen =
             serde_json::from_value(Value::Object(options.chosen.clone())).map_err(refused)?;
         chosen.ringdown()?;
@@ -210,7 +210,7 @@ impl Options {
         Ok(options)
     }
 
-    /// Those that an analysis takes, by name.
+    /// The options that an analysis takes, by name.
     pub(crate) fn of(&self, analysis: Analysis) -> impl Iterator<Item = (&str, &Value)> {
         let takes = analysis.takes();
         let taken = move |(name, _): &(&str, &Value)| takes.contains(name);
@@ -245,7 +245,7 @@ impl Options {
         Ok(options)
     }
 
-    /// Whether a mechanical constant of an angle was given, or one of a length; `None` without one.
+    /// Whether a mechanical constant was given for an angle or for a length; `None` without one.
     pub(crate) fn coordinate(&self) -> Option<slipfit::model::displacement::Coordinate> {
         use slipfit::model::displacement::Coordinate;
         let given = |name: &str| self.chosen.contains_key(name);

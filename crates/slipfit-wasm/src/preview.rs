@@ -6,29 +6,29 @@ use serde::Serialize;
 use slipfit::{LossModel, LossTerm};
 use slipfit_io::{Column, ReadOptions, Reading, Table};
 
-/// Rows of each table that are read.
+/// Number of rows of each table that are read.
 const PREVIEW_ROWS: usize = 20_000;
 
-/// What a file holds.
+/// Contents of a file.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Preview {
     /// What kind of file it is.
     pub format: String,
     /// Its tables.
     pub tables: Vec<PreviewTable>,
-    /// What it is for, unless the person chose.
+    /// The analysis the file is suited for, unless the user chose one.
     pub analysis: Analysis,
-    /// Loss models that can be asked for by name in a free decay: those compared by default, and viscous damping
-    /// beside each further law.
+    /// Loss models that can be requested by name for a free decay: those compared by default, and viscous damping
+    /// with each further law.
     pub models: Vec<String>,
 }
 
 /// A table of a file.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PreviewTable {
-    /// Sheet, variable or group; empty where there is one only.
+    /// Sheet, variable or group; empty if there is only one.
     pub name: String,
-    /// Rows read for it.
+    /// Number of rows read for it.
     pub rows: usize,
     /// Its columns.
     pub columns: Vec<PreviewColumn>,
@@ -37,28 +37,29 @@ pub struct PreviewTable {
 /// A column of a table.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PreviewColumn {
-    /// From 1.
+    /// Its number, from 1.
     pub number: usize,
     /// Its header; empty without one.
     pub header: String,
 }
 
-/// A preview with what it was read by.
+/// A preview with the options it was read with.
 #[derive(Debug)]
 pub(crate) struct Seen {
     pub(crate) read_by: ReadOptions,
-    /// Its analysis is that of the file.
+    /// Its analysis is the one suggested by the file.
     found: Preview,
 }
 
 impl Seen {
-    /// How a file is looked at: a column, a unit or a rate is of one analysis; what a file is does not turn on it.
+    /// The options for looking at a file. A column, a unit or a rate belongs to one analysis and does not decide
+    /// what the file is.
     pub(crate) fn read_by(options: &Options) -> Result<ReadOptions, Refusal> {
         let chosen = options.read_options(Analysis::Levels)?;
         Ok(ReadOptions { format: chosen.format, sheet: chosen.sheet, ..ReadOptions::default() })
     }
 
-    /// Looks at a file; gives the record besides, where all of it has been read.
+    /// Looks at a file; also returns the record if all of it has been read.
     pub(crate) fn new(file: &File<'_>, read_by: ReadOptions) -> Result<(Self, Option<Reading>), Refusal> {
         let seen = slipfit_io::glance_from(file.bytes, file.name, PREVIEW_ROWS, &read_by, Some(&read_by))?;
         let tables = &seen.tables.tables;
@@ -80,7 +81,7 @@ impl Seen {
         Ok((Self { read_by, found }, record))
     }
 
-    /// What the file holds; `analysis` where the person chose.
+    /// Contents of the file, with `analysis` if the user chose one.
     pub(crate) fn preview(&self, analysis: Option<Analysis>) -> Preview {
         Preview { analysis: analysis.unwrap_or(self.found.analysis), ..self.found.clone() }
     }
@@ -109,7 +110,7 @@ fn models() -> Vec<String> {
     models.iter().map(ToString::to_string).collect()
 }
 
-/// Whether the file says itself that it holds amplitudes over levels of a drive.
+/// Whether the file itself states that it holds amplitudes against drive levels.
 fn names_levels(file: &File<'_>, reading: &ReadOptions) -> bool {
     slipfit_io::read_levels_from(file.bytes, file.name, reading).is_ok_and(|levels| levels.report.named)
 }

@@ -1,4 +1,4 @@
-//! Why there is no answer, and what would help.
+//! Why there is no answer, with hints.
 
 use crate::words::words;
 use serde::Serialize;
@@ -6,23 +6,23 @@ use serde_json::{Value, json};
 use slipfit::answer::hint::{Analysis, Hint, HintValue};
 use slipfit_io::{Format, ReadError, ReadProblem};
 
-/// What could not be done, for a person.
+/// A failure, described for the user.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Refusal {
     /// What is wrong.
     pub message: String,
     /// What would help.
     pub hints: Vec<Advice>,
-    /// Whether this crate reads the file with its feature `formats`, which it was built without.
+    /// Whether this crate can read the file with its feature `formats`, without which it was built.
     pub with_formats: bool,
 }
 
 /// A hint that a page can turn into a button: set `option` to `value`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Advice {
-    /// The option, by its name in [`crate::Options`]; none where no option helps.
+    /// The option, by its name in [`crate::Options`]; `None` if no option helps.
     pub option: Option<&'static str>,
-    /// The value to give it, as JSON; null where the person must choose.
+    /// The value to give it, as JSON; null if the user must choose.
     pub value: Value,
     /// What that does.
     pub advice: String,
@@ -33,7 +33,7 @@ impl Refusal {
         Self { message: message.into(), hints: Vec::new(), with_formats: false }
     }
 
-    /// An analysis that could not be done.
+    /// The failure of an analysis.
     pub(crate) fn analysing(what: Analysis, file: &str, error: &slipfit::Error) -> Self {
         let hints = error.hints(what).iter().map(Advice::from).collect();
         Self { hints, ..Self::new(format!("{file}: {error}")) }

@@ -1,5 +1,4 @@
-//! A file in the hands of a person: looked at, analysed as often as they choose otherwise, and reported where they
-//! ask for it.
+//! A file opened by a user: previewed, analysed again after each change of options, and reported on request.
 
 use crate::analysed::Analysed;
 use crate::preview::{Preview, Seen};
@@ -17,9 +16,9 @@ use slipfit_report::{AnalysedCurve, AnalysedLevels, AnalysedRingdown, Provenance
 use std::fmt::Display;
 use std::io::Write;
 
-/// A file with its friction-free reference, what was read of it, and the last answer.
+/// A file with its friction-free reference, what was read from it, and the last answer.
 ///
-/// A record is read once: an analysis takes what the preview has read, unless options say to read it otherwise.
+/// A record is read once: an analysis uses what the preview has read, unless options change how it is read.
 ///
 /// ```
 /// use slipfit_wasm::{Options, Output, Session};
@@ -40,12 +39,12 @@ pub struct Session {
     bytes: Vec<u8>,
     reference: Option<(String, Vec<u8>)>,
     seen: Option<Seen>,
-    /// The record, as those options read it.
+    /// The record, as read with these options.
     record: Option<(ReadOptions, Reading)>,
     answered: Option<Last>,
 }
 
-/// The last answer, and the calls that give it elsewhere.
+/// The last answer, and the calls that reproduce it elsewhere.
 #[derive(Debug)]
 struct Last {
     analysed: Analysed,
@@ -56,7 +55,7 @@ struct Last {
 /// What a page shows of an answer.
 #[derive(Debug, Clone, Serialize)]
 pub struct Answered {
-    /// Which analysis answered.
+    /// The analysis that was made.
     pub analysis: Analysis,
     /// The whole answer: what the command writes with `--json`, byte for byte.
     pub json: String,
@@ -66,11 +65,11 @@ pub struct Answered {
     pub warnings: Vec<RaisedWarning>,
     /// The command that gives the same answer.
     pub command: String,
-    /// The call in Python that does.
+    /// The call in Python that gives the same answer.
     pub python: String,
 }
 
-/// A warning and what helps.
+/// A warning and its hints.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RaisedWarning {
     /// Machine-readable, as in the JSON.
@@ -81,7 +80,7 @@ pub struct RaisedWarning {
     pub hints: Vec<Advice>,
 }
 
-/// What is made of an answer where it is asked for.
+/// Further outputs of an answer, made on request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Output {
@@ -91,7 +90,7 @@ pub enum Output {
     Svg,
     /// The report to hand in.
     Html,
-    /// The same as Markdown.
+    /// The same report as Markdown.
     Markdown,
 }
 
@@ -106,7 +105,7 @@ impl Session {
     /// Looks at the file without an analysis.
     ///
     /// # Errors
-    /// [`Refusal`] where it holds no table, or is of a format that cannot be read here.
+    /// [`Refusal`] if it holds no table, or has a format that cannot be read here.
     ///
     /// ```
     /// use slipfit_wasm::{Analysis, Options, Session};
@@ -128,7 +127,7 @@ impl Session {
     /// Analyses the file.
     ///
     /// # Errors
-    /// [`Refusal`], with what would help, where the file cannot be read or analysed.
+    /// [`Refusal`], with hints, if the file cannot be read or analysed.
     pub fn analyse(&mut self, options: &Options) -> Result<Answered, Refusal> {
         let analysis = match options.analysis {
             Some(analysis) => analysis,
@@ -175,7 +174,7 @@ impl Session {
         })
     }
 
-    /// The record of the last answer beside its fit, to be drawn; none of a curve or of levels.
+    /// The record of the last answer with its fit, for drawing; `None` for a curve or for levels.
     #[must_use]
     pub fn trace(&self) -> Option<Trace> {
         match (&self.record, &self.answered) {
@@ -186,7 +185,7 @@ impl Session {
         }
     }
 
-    /// Makes something else of the last answer.
+    /// Another output of the last answer.
     ///
     /// # Errors
     /// [`Refusal`] without an answer.
@@ -208,7 +207,7 @@ impl Session {
         self.answered.as_ref().ok_or_else(|| self.failed(&"there is no answer yet"))
     }
 
-    /// What `make` makes of the last answer.
+    /// The result of `make` for the report of the last answer.
     fn reported<T>(&self, make: impl FnOnce(&dyn Report) -> T) -> Result<T, Refusal> {
         match (&self.last()?.analysed, &self.record) {
             (Analysed::Ringdown { options, answer }, Some((_, reading))) => {
@@ -242,7 +241,7 @@ impl Session {
     }
 }
 
-/// The record as `read_by` says, unless that is the one held.
+/// Reads the record with `read_by`, unless that is the record already held.
 fn record<'a>(
     held: &'a mut Option<(ReadOptions, Reading)>,
     file: &File<'_>,

@@ -1,4 +1,4 @@
-//! The exact motion beside the paper's approximations, for sliders to play with.
+//! The exact motion and the paper's approximations, for pages with sliders.
 
 use crate::refusal::Refusal;
 use rand::SeedableRng as _;
@@ -15,12 +15,12 @@ use std::fmt::Write as _;
 /// Version of the program.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
-/// Samples that a page may ask for.
+/// Maximum number of samples that a page may request.
 const MOST_SAMPLES: f64 = 1e6;
-/// Points of a curve likewise.
+/// Maximum number of points of a curve.
 const MOST_POINTS: usize = 2000;
 
-/// A release at rest and its record.
+/// Parameters of a release from rest and its record.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DecayChoice {
@@ -49,18 +49,18 @@ pub struct Decay {
     pub time_s: Vec<f64>,
     /// The exact motion with noise.
     pub displacement: Vec<f64>,
-    /// Eq. (16) of the paper; null once it is negative, where it no longer holds.
+    /// Eq. (16) of the paper; null after it becomes negative, where it no longer holds.
     pub paper: Vec<Option<f64>>,
-    /// When the mass stays put, s; null where it does not.
+    /// Time at which the mass stops for good, s; null if it does not.
     pub stop_s: Option<f64>,
     /// The record as a file.
     pub csv: String,
 }
 
-/// A free decay, exact, with noise, beside the paper's amplitude (eq. (16)).
+/// An exact free decay with noise, and the paper's amplitude (eq. (16)).
 ///
 /// # Errors
-/// [`Refusal`] where a parameter is out of range, or more than a million samples are asked for.
+/// [`Refusal`] if a parameter is out of range, or more than a million samples are requested.
 ///
 /// ```
 /// use slipfit_wasm::simulate::{DecayChoice, decay};
@@ -102,7 +102,7 @@ pub fn decay(choice: &DecayChoice) -> Result<Decay, Refusal> {
     Ok(made)
 }
 
-/// A drive of fixed amplitude one, swept over the resonance.
+/// Parameters of a drive of fixed amplitude one, swept over the resonance.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ResonanceChoice {
@@ -117,9 +117,9 @@ pub struct ResonanceChoice {
 /// Amplitudes over frequency, in units of the drive amplitude and of the natural frequency.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Resonance {
-    /// Frequency over the natural one.
+    /// Frequency over the natural frequency.
     pub frequency: Vec<f64>,
-    /// The exact fundamental; null where no motion that repeats with the drive was found.
+    /// The exact fundamental; null if no motion that repeats with the drive was found.
     pub exact: Vec<Option<f64>>,
     /// The leading term, eq. (8).
     pub leading: Vec<f64>,
@@ -129,10 +129,10 @@ pub struct Resonance {
     pub without_friction: Vec<f64>,
 }
 
-/// Fig. 1 of the paper for any quality factor and friction: five line widths to either side.
+/// Fig. 1 of the paper for any quality factor and friction, over five line widths on either side.
 ///
 /// # Errors
-/// [`Refusal`] where a parameter is out of range.
+/// [`Refusal`] if a parameter is out of range.
 ///
 /// ```
 /// use slipfit_wasm::simulate::{ResonanceChoice, resonance};

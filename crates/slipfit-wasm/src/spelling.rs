@@ -1,4 +1,4 @@
-//! The calls that give the same answer elsewhere: of the command and of Python.
+//! The calls that give the same answer elsewhere: a command line and a Python call.
 
 use crate::{Analysis, Options};
 use serde_json::Value;
@@ -56,7 +56,7 @@ pub(crate) fn python(analysis: Analysis, file: &str, reference: Option<&str>, op
     )
 }
 
-/// Whether an option says how the file is read.
+/// Whether an option belongs to the reading of the file.
 fn is_of_reading(name: &str) -> bool {
     const OF_ANALYSIS: [&str; 23] = [
         "band_hz",
@@ -86,7 +86,7 @@ fn is_of_reading(name: &str) -> bool {
     !OF_ANALYSIS.contains(&name)
 }
 
-/// The flag of an option; most are its name.
+/// The flag of an option; most have the same name.
 fn flag(name: &str) -> String {
     match name {
         "band_hz" => "--band",
@@ -100,7 +100,7 @@ fn flag(name: &str) -> String {
     .to_owned()
 }
 
-/// A file whose name begins like a flag.
+/// Prefixes a file name that begins like a flag.
 fn not_a_flag(file: &str) -> String {
     if file.starts_with('-') { format!("./{file}") } else { file.to_owned() }
 }
@@ -113,7 +113,7 @@ fn uncertain(pair: &[Value]) -> String {
     }
 }
 
-/// A text literal: what JSON escapes means the same in Python.
+/// A string literal: escapes of JSON mean the same in Python.
 fn text(word: &str) -> String {
     Value::from(word).to_string()
 }

@@ -1,20 +1,20 @@
-//! The record as it is drawn, to zoom in and to drag a window over.
+//! The record for drawing, with zoom and selection of a window.
 
 use slipfit::Record;
 use slipfit::ringdown::Answer;
 use slipfit_report::plot::decimate;
 
-/// Columns of a screen times the zoom that still shows every extreme.
+/// Columns of a screen, times the zoom up to which every extreme is shown.
 const COLUMNS: usize = 4000;
 
-/// Samples of a record and the fit at their instants.
+/// Samples of a record and the fit at their times.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trace {
     /// Instants, s.
     pub time_s: Vec<f64>,
-    /// The signal, in its unit; of a lock-in its modulus.
+    /// The signal, in its unit; for a lock-in its modulus.
     pub signal: Vec<f64>,
-    /// The fitted motion, in that unit; NaN outside the fitted stretch.
+    /// The fitted motion, in the same unit; NaN outside the fitted segment.
     pub fitted: Vec<f64>,
 }
 

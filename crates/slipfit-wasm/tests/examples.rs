@@ -1,4 +1,4 @@
-//! The files of `examples/` through the browser's face: the same answers as through the libraries.
+//! The files of `examples/` through the interface for the browser: the same answers as through the libraries.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test, as it should")]
 
 use serde_json::Value;
@@ -128,7 +128,7 @@ fn a_choice_that_is_none_is_refused_by_name() {
     }
 }
 
-/// What a page shows and hands out of an answer.
+/// Everything a page shows and exports of an answer.
 fn everything(session: &mut Session, options: &Options) -> String {
     session.preview(options).unwrap();
     let answered = session.analyse(options).unwrap();
