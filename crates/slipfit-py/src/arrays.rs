@@ -1,7 +1,7 @@
-//! Arrays as the reader sees them: the bytes of an NPY file with a named field each.
+//! Arrays as the reader sees them: the bytes of an NPY file with one named field each.
 //!
-//! An analysis of arrays is one of the file that `numpy.save` would write of them, so that cleaning,
-//! fingerprint, report and JSON are the reader's, and the command gives the same answer.
+//! The analysis of arrays is that of the file that `numpy.save` would write of them. Cleaning, fingerprint,
+//! report and JSON are therefore those of the reader, and the command gives the same answer.
 
 use crate::failure::{Failure, option_error};
 use numpy::PyReadonlyArray1;
@@ -13,7 +13,7 @@ pub(crate) type Vector<'py> = PyReadonlyArray1<'py, f64>;
 /// Name under which reports show arrays.
 pub(crate) const NAME: &str = "arrays";
 
-/// The file of these columns, all of one length.
+/// The file of these columns, all of equal length.
 pub(crate) fn npy(py: Python<'_>, columns: &[(&str, &Vector<'_>)]) -> PyResult<Vec<u8>> {
     let rows = columns.first().map_or(0, |(_, values)| values.as_array().len());
     for (name, values) in columns {
@@ -55,7 +55,7 @@ fn header<'a>(names: impl Iterator<Item = &'a str>, rows: usize) -> Vec<u8> {
     let text = format!("{{'descr': [{}], 'fortran_order': False, 'shape': ({rows},), }}", fields.join(", "));
     let length = (10 + text.len() + 1).next_multiple_of(64) - 10;
     let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
-    // A handful of names: far below 65536.
+    // A few names: far below 65536.
     bytes.extend((length as u16).to_le_bytes());
     bytes.extend(format!("{text:<width$}\n", width = length - 1).into_bytes());
     bytes

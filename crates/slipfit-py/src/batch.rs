@@ -1,4 +1,4 @@
-//! Batches: tables come in and go out by Arrow's C interface in capsules of Python.
+//! Batches: tables are passed in and out by Arrow's C interface in Python capsules.
 
 use crate::answer::RingdownChoices;
 use crate::capsule::{export_schema, export_stream, import};
@@ -34,7 +34,7 @@ impl ArrowTable {
         py: Python<'py>,
         requested_schema: Option<Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyCapsule>> {
-        // What is asked for is a wish, and these types are the answer's own.
+        // The requested schema is only a preference, and these types are the answer's own.
         drop(requested_schema);
         let batches: Vec<_> = self.batches.iter().cloned().map(Ok).collect();
         let reader = arrow_array::RecordBatchIterator::new(batches, Arc::clone(&self.schema));
@@ -55,14 +55,14 @@ impl ArrowTable {
         self.schema.fields().iter().map(|field| field.name().clone()).collect()
     }
 
-    /// Units of the columns by name, of those that have one.
+    /// Units of the columns by name, for those that have one.
     #[getter]
     fn units(&self) -> HashMap<String, String> {
         let unit = |field: &FieldRef| Some((field.name().clone(), field.metadata().get("unit")?.clone()));
         self.schema.fields().iter().filter_map(unit).collect()
     }
 
-    /// Some of the rows, from one number on.
+    /// `count` rows, starting at row `first`.
     fn rows(&self, first: usize, count: usize) -> Self {
         let mut left = (first, count);
         let part = |batch: &RecordBatch| {
@@ -88,7 +88,7 @@ impl ArrowTable {
         }
     }
 
-    /// Tables are equal if their columns and rows are, in whatever batches they lie and whatever units they name.
+    /// Tables are equal if their columns and rows are, regardless of batches and units.
     fn __eq__(&self, other: &Self) -> bool {
         let columns = |table: &Self| -> Vec<_> {
             table.schema.fields().iter().map(|f| (f.name().clone(), f.data_type().clone())).collect()
@@ -106,7 +106,7 @@ impl ArrowTable {
         Ok(PyBytes::new(py, &quick(py, write)?.map_err(|error: ArrowError| batch_error(py, error.into()))?))
     }
 
-    /// The table that these bytes hold.
+    /// The table stored in these bytes.
     #[staticmethod]
     fn of_bytes(py: Python<'_>, bytes: &[u8]) -> PyResult<Self> {
         let read = || {
@@ -117,7 +117,7 @@ impl ArrowTable {
     }
 }
 
-/// Answers to the batches of a stream, one after the other, each computed when it is asked for.
+/// Answers to the batches of a stream, one after the other, each computed when it is requested.
 #[pyclass(frozen, module = "slipfit")]
 pub(crate) struct ArrowStream {
     schema: SchemaRef,
@@ -127,12 +127,12 @@ pub(crate) struct ArrowStream {
 /// How far a stream has been read.
 enum State {
     Ready(Box<Answers>),
-    /// A thread computes the next batch.
+    /// A thread is computing the next batch.
     Busy,
     Ended,
-    /// Another reader has it.
+    /// Another reader has taken it.
     Exported,
-    /// What was left went with an error or an interruption.
+    /// The rest was lost in an error or an interruption.
     Broken,
 }
 
@@ -154,7 +154,7 @@ impl Iterator for Answers {
     type Item = Result<RecordBatch, ArrowError>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        // A reader of another language asks: no panic may reach it.
+        // The caller is a reader in another language: no panic may reach it.
         match caught(|| self.answer(&AtomicBool::new(false))) {
             Ok(answer) => Some(answer?.map_err(|error| ArrowError::ExternalError(Box::new(error)))),
             Err(panic) => Some(Err(ArrowError::ExternalError(bug_report(&*panic).into()))),
@@ -173,7 +173,7 @@ impl ArrowStream {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The answers that are left, `None` at the end of the stream; the stream is then in the state `taken`.
+    /// The remaining answers, `None` at the end of the stream; the stream is then in the state `taken`.
     fn take(&self, py: Python<'_>, taken: State) -> PyResult<Option<Box<Answers>>> {
         let mut state = self.state();
         let (code, message) = match &*state {
@@ -196,7 +196,7 @@ impl ArrowStream {
 
 #[pymethods]
 impl ArrowStream {
-    /// The answers as a stream of Arrow's C interface; they are read once.
+    /// The answers as a stream of Arrow's C interface; they can be read once.
     #[pyo3(signature = (requested_schema=None))]
     fn __arrow_c_stream__<'py>(
         &self,
@@ -280,7 +280,7 @@ impl From<PerRow> for Number {
     }
 }
 
-/// What is in the table and how it is fitted.
+/// The contents of the table and how it is fitted.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct BatchChoices {
@@ -350,7 +350,7 @@ impl BatchChoices {
     }
 }
 
-/// A table whose batches are read once.
+/// A table whose batches can be read once.
 #[pyclass(frozen, module = "slipfit._core")]
 pub(crate) struct Source {
     schema: SchemaRef,
@@ -359,7 +359,7 @@ pub(crate) struct Source {
 
 #[pymethods]
 impl Source {
-    /// Takes a table, once the choices are such as can be meant.
+    /// Takes a table, after a check of the options.
     #[new]
     fn new(py: Python<'_>, table: &Bound<'_, PyAny>, choices: BatchChoices) -> PyResult<Self> {
         choices.options(py)?;
@@ -367,7 +367,7 @@ impl Source {
         Ok(Self { schema: batches.schema(), batches: Mutex::new(Some(batches)) })
     }
 
-    /// Units that the columns state in their metadata, by the keys that the reader of Arrow's files looks for.
+    /// Units that the columns state in their metadata, under the keys that the reader of Arrow files uses.
     #[getter]
     fn units(&self) -> HashMap<String, String> {
         let unit = |field: &FieldRef| {
@@ -377,7 +377,7 @@ impl Source {
         self.schema.fields().iter().filter_map(unit).collect()
     }
 
-    /// Names of the columns that have a unit of time by their type: durations, dates, and lists of them.
+    /// Names of the columns whose type includes a unit of time: durations, dates, and lists of them.
     #[getter]
     fn timed(&self) -> Vec<String> {
         let timed = |field: &&FieldRef| {
@@ -393,10 +393,10 @@ impl Source {
     }
 }
 
-/// The source and what its answers look like.
+/// The source, and the schema of its answers.
 fn answers(py: Python<'_>, source: &Source, choices: BatchChoices) -> PyResult<Answers> {
     let options = choices.options(py)?;
-    // No rows of this schema: what is wrong with the table as a whole is said before any is read.
+    // A batch without rows: errors of the table as a whole are reported before any row is read.
     let empty = RecordBatch::new_empty(Arc::clone(&source.schema));
     let answer = quick(py, || slipfit_batch::fit_batch(&empty, &options))?;
     let schema = answer.map_err(|error| batch_error(py, error))?.schema();

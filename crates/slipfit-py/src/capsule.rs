@@ -1,4 +1,4 @@
-//! Arrow's C interface in capsules of Python: the one place with raw pointers.
+//! Arrow's C interface in Python capsules: the only place with raw pointers.
 //!
 //! <https://arrow.apache.org/docs/format/CDataInterface/PyCapsuleInterface.html>
 #![allow(unsafe_code, reason = "a capsule is a pointer; what it points to is Arrow's C interface")]
@@ -23,11 +23,12 @@ pub(crate) fn import(table: &Bound<'_, PyAny>) -> PyResult<Box<dyn RecordBatchRe
         let exported = table.call_method0("__arrow_c_stream__").map_err(|error| not_exported(py, error))?;
         let capsule = exported.cast_into::<PyCapsule>()?;
         let pointer = capsule.pointer_checked(Some(c"arrow_array_stream"))?;
-        // SAFETY: a capsule of this name holds such a stream, says the interface. It is moved out; an
-        // empty one is left for the capsule to release.
+        // SAFETY: by the interface, a capsule of this name holds such a stream. It is moved out; an empty one is
+        // left for the capsule to release.
         let reader = unsafe { RecordBatchStreamReader::from_raw(pointer.cast().as_ptr()) };
         return Ok(Box::new(reader.map_err(|error| match error {
-            // The schema of a single column, such as a Series, has no fields; a stream that was read has none at all.
+            // The schema of a single column, such as a Series, has no fields; a stream that has been read has no
+            // schema at all.
             ArrowError::CDataInterface(_) => option_error(py, "table", not_a_table(table)),
             other => arrow(other),
         })?));
@@ -37,8 +38,8 @@ pub(crate) fn import(table: &Bound<'_, PyAny>) -> PyResult<Box<dyn RecordBatchRe
             table.call_method0("__arrow_c_array__").map_err(|error| not_exported(py, error))?.extract()?;
         let schema = schema.pointer_checked(Some(c"arrow_schema"))?;
         let array = array.pointer_checked(Some(c"arrow_array"))?;
-        // SAFETY: capsules of these names hold an array and its schema, says the interface. The array
-        // is moved out, an empty one left; the schema is only looked at, while its capsule lives.
+        // SAFETY: by the interface, capsules of these names hold an array and its schema. The array is moved out
+        // and an empty one left; the schema is only read, while its capsule lives.
         let data = unsafe {
             let array = FFI_ArrowArray::from_raw(array.cast().as_ptr());
             from_ffi(array, schema.cast::<FFI_ArrowSchema>().as_ref())
@@ -59,7 +60,8 @@ pub(crate) fn import(table: &Bound<'_, PyAny>) -> PyResult<Box<dyn RecordBatchRe
     Err(Failure::new(py, "OptionTypeError", "type", message).with("option", "table").into_error())
 }
 
-/// What a table of another package says when it cannot be had as Arrow; errors of slipfit and interruptions as they are.
+/// The error of a table of another package that cannot be exported as Arrow; errors of slipfit and interruptions
+/// are passed on.
 fn not_exported(py: Python<'_>, error: PyErr) -> PyErr {
     let own = py.import("slipfit._errors").and_then(|errors| errors.getattr("SlipfitError"));
     if !error.is_instance_of::<PyException>(py) || own.is_ok_and(|own| error.is_instance(py, &own)) {
@@ -78,7 +80,7 @@ fn not_a_table(table: &Bound<'_, PyAny>) -> String {
     )
 }
 
-/// A stream for others to read.
+/// A stream for other readers.
 pub(crate) fn export_stream<'py>(
     py: Python<'py>,
     reader: Box<dyn RecordBatchReader + Send>,
@@ -87,7 +89,7 @@ pub(crate) fn export_stream<'py>(
     PyCapsule::new_with_value(py, FFI_ArrowArrayStream::new(reader), c"arrow_array_stream")
 }
 
-/// A schema for others to read.
+/// A schema for other readers.
 pub(crate) fn export_schema<'py>(py: Python<'py>, schema: &Schema) -> PyResult<Bound<'py, PyCapsule>> {
     let schema = FFI_ArrowSchema::try_from(schema)
         .map_err(|error| Failure::new(py, "SlipfitError", "arrow", error.to_string()).into_error())?;

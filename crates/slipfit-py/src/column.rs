@@ -1,4 +1,4 @@
-//! Columns of tables as arrays, and tables compared.
+//! Columns of tables as arrays, and comparison of tables.
 
 use arrow_array::cast::AsArray;
 use arrow_array::types::{
@@ -11,9 +11,9 @@ use numpy::{Element, PyArray1};
 use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 
-/// A column whose batches are `parts`: numbers and flags as an array, texts as a list; `None` of other types.
+/// A column whose batches are `parts`: numbers and flags as an array, texts as a list; `None` for other types.
 ///
-/// A number that is null is NaN, which makes doubles of whole numbers; a flag that is null is False.
+/// A null number becomes NaN, which converts integers to doubles; a null flag becomes False.
 pub(crate) fn values<'py>(
     py: Python<'py>,
     kind: &DataType,
@@ -51,7 +51,7 @@ pub(crate) fn values<'py>(
     Ok(Some(found))
 }
 
-/// Numbers in their own type, or as doubles where one is missing.
+/// Numbers in their own type, or as doubles if one is missing.
 fn numbers<'py, T: ArrowPrimitiveType<Native: Element>>(
     py: Python<'py>,
     parts: &[&ArrayRef],
@@ -81,7 +81,7 @@ fn is_text(kind: &DataType) -> bool {
     }
 }
 
-/// The texts of an array, plain or by a dictionary; `None` where it holds none.
+/// The texts of an array, plain or dictionary-encoded; `None` if it holds none.
 fn texts(array: &ArrayRef) -> Option<Vec<Option<&str>>> {
     Some(match array.data_type() {
         DataType::Utf8 => array.as_string::<i32>().iter().collect(),
@@ -100,7 +100,7 @@ fn texts(array: &ArrayRef) -> Option<Vec<Option<&str>>> {
     })
 }
 
-/// Whether batches of one schema hold the same rows, wherever they are cut.
+/// Whether batches of one schema hold the same rows, however they are divided.
 pub(crate) fn same_rows(one: &[RecordBatch], other: &[RecordBatch]) -> bool {
     let rows = |batches: &[RecordBatch]| batches.iter().map(RecordBatch::num_rows).sum::<usize>();
     if rows(one) != rows(other) {

@@ -1,4 +1,4 @@
-//! Exceptions: the errors of the libraries with their values as attributes and hints in Python's words.
+//! Exceptions: the errors of the libraries, with their values as attributes and their hints in Python syntax.
 
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyOSError;
@@ -17,7 +17,7 @@ pub(crate) fn spell(option: &'static str, value: Option<&HintValue>) -> String {
     let name = keyword(option);
     match value {
         None => name.to_owned(),
-        // What stands for a value in the words of a command line.
+        // Words of the command line that stand for a value.
         Some(HintValue::Text(word)) if word == "RATE" => name.to_owned(),
         Some(HintValue::Text(word)) => match (word.as_str(), switch(name)) {
             ("off", true) => format!("{name}=False"),
@@ -28,7 +28,7 @@ pub(crate) fn spell(option: &'static str, value: Option<&HintValue>) -> String {
     }
 }
 
-/// The keyword that sets an option of a library, where it is not the option's name.
+/// The keyword that sets an option of a library, if it differs from the option's name.
 pub(crate) fn keyword(option: &str) -> &str {
     match option {
         "time_constant_s" => "lockin_time_constant_s",
@@ -41,7 +41,7 @@ fn switch(name: &str) -> bool {
     matches!(name, "background" | "delay" | "amplitude_offset" | "noise_floor" | "phase_offset" | "duffing")
 }
 
-/// A hint as Python has it: option, value, advice, and all of that in words.
+/// A hint in Python: option, value, advice, and all of these in words.
 pub(crate) type HintParts = (Option<String>, Option<Py<PyAny>>, String, String);
 
 pub(crate) fn hint_parts(py: Python<'_>, hint: &Hint) -> PyResult<HintParts> {
@@ -93,10 +93,10 @@ impl<'py> Failure<'py> {
         }
     }
 
-    /// An attribute of the exception; one that cannot be made is left out.
+    /// Adds an attribute of the exception; one that cannot be converted is left out.
     pub(crate) fn with(self, name: &str, value: impl IntoPyObject<'py>) -> Self {
         if let Ok(value) = value.into_bound_py_any(self.py) {
-            // Setting a text as a key cannot fail.
+            // Setting a string key cannot fail.
             let _ = self.details.set_item(name, value);
         }
         self
@@ -122,12 +122,12 @@ impl<'py> Failure<'py> {
     }
 }
 
-/// An argument that cannot be meant.
+/// The exception for an invalid argument.
 pub(crate) fn option_error(py: Python<'_>, option: &str, message: impl Into<String>) -> PyErr {
     Failure::new(py, "OptionError", "option", message).with("option", option).into_error()
 }
 
-/// What the core could not compute.
+/// The exception for an error of the core.
 pub(crate) fn core_error(py: Python<'_>, analysis: Analysis, error: &Error) -> PyErr {
     let class = match error {
         Error::NoOscillation { .. }
@@ -192,13 +192,14 @@ pub(crate) fn core_error(py: Python<'_>, analysis: Analysis, error: &Error) -> P
     .into_error()
 }
 
-/// What could not be read; what the system refused is an `OSError`, as elsewhere in Python.
+/// The exception for a file that could not be read; errors of the system are an `OSError`, as elsewhere in
+/// Python.
 pub(crate) fn read_error(py: Python<'_>, error: ReadError) -> PyErr {
     match error.problem {
         ReadProblem::Io(ref problem) => {
             let text = problem.to_string();
             match problem.raw_os_error() {
-                // Python shows number and file itself.
+                // Python adds number and file itself.
                 Some(number) => {
                     let text = text.split(" (os error").next().unwrap_or_default().to_owned();
                     PyOSError::new_err((number, text, error.file))

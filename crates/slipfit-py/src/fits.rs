@@ -1,4 +1,4 @@
-//! The bare fits: one model, a start, no comparison.
+//! The fits of one model from start values, without comparison.
 
 use crate::arrays::Vector;
 use crate::failure::core_error;
@@ -10,7 +10,7 @@ use slipfit::resonance::{self, CurveFit};
 use slipfit::ringdown::{Decay, DecayFit, EnvelopeFit, EnvelopeStart, fit_envelope, fit_waveform};
 use std::sync::Arc;
 
-/// Samples up to which a fit is done before a signal could be noticed.
+/// Number of samples up to which a fit ends before a signal could be noticed.
 const QUICK: usize = 1 << 16;
 
 /// Runs a fit of `samples` samples.
@@ -27,10 +27,10 @@ fn owned(values: &Vector<'_>) -> Vec<f64> {
     values.as_array().to_vec()
 }
 
-/// Best values, standard errors, correlations, residual, converged, steps.
+/// Best values, standard errors, correlations, residual, whether it converged, number of steps.
 type Parts = (Vec<f64>, Vec<f64>, Vec<Vec<f64>>, f64, bool, usize);
 
-/// Fits the averaged decay to amplitudes from a start.
+/// Fits the averaged decay to amplitudes from start values.
 #[pyfunction]
 pub(crate) fn envelope(
     py: Python<'_>,
@@ -48,7 +48,7 @@ pub(crate) fn envelope(
     Ok((list(&best), list(&std_error), correlation, residual_rms, converged, steps))
 }
 
-/// Fits the exact motion to samples from a start.
+/// Fits the exact motion to samples from start values.
 #[pyfunction]
 pub(crate) fn waveform(
     py: Python<'_>,

@@ -1,4 +1,4 @@
-//! Long computations: without the interpreter's lock, stopped by Ctrl-C, and no panic passes.
+//! Long computations: they run without the interpreter lock and are stopped by Ctrl-C; panics are caught.
 
 use crate::failure::Failure;
 use pyo3::prelude::*;
@@ -11,13 +11,13 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-/// How often the interpreter is asked whether a signal has come.
+/// Interval at which the interpreter is asked whether a signal has arrived.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// Runs `work` on a thread of its own while this one waits for it or for a signal.
+/// Runs `work` on a separate thread while this one waits for it or for a signal.
 ///
-/// After a signal the exception of its handler (`KeyboardInterrupt`) is raised at once; the thread
-/// ends by itself when its work is done, and what it found is dropped.
+/// After a signal, the exception of its handler (`KeyboardInterrupt`) is raised at once; the thread ends when its
+/// work is done, and its result is dropped.
 pub(crate) fn interruptible<T: Send + 'static>(
     py: Python<'_>,
     work: impl FnOnce() -> T + Send + 'static,
@@ -25,7 +25,7 @@ pub(crate) fn interruptible<T: Send + 'static>(
     interruptible_until(py, |_| work())
 }
 
-/// [`interruptible`] for work that ends early once it is told to.
+/// [`interruptible`] for work that ends early when it is told to.
 pub(crate) fn interruptible_until<T: Send + 'static>(
     py: Python<'_>,
     work: impl FnOnce(&AtomicBool) -> T + Send + 'static,
@@ -34,7 +34,7 @@ pub(crate) fn interruptible_until<T: Send + 'static>(
     let (sender, mut receiver) = mpsc::channel();
     let told = Arc::clone(&cancelled);
     let worker = move || {
-        // Nobody listens after a signal.
+        // After a signal, nobody receives the result.
         let _ = sender.send(caught(move || work(&told)));
     };
     thread::Builder::new().name("slipfit".to_owned()).spawn(worker)?;
@@ -55,12 +55,12 @@ pub(crate) fn interruptible_until<T: Send + 'static>(
     }
 }
 
-/// Runs something short without the interpreter's lock.
+/// Runs something short without the interpreter lock.
 pub(crate) fn quick<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
     py.detach(|| caught(work)).map_err(|panic| bug(py, &*panic))
 }
 
-/// What `work` returns, on the threads of this process, or its panic.
+/// The result of `work`, run on the threads of this process, or its panic.
 pub(crate) fn caught<T: Send>(work: impl FnOnce() -> T + Send) -> thread::Result<T> {
     catch_unwind(AssertUnwindSafe(|| match forked_pool() {
         Some(pool) => pool.install(work),
@@ -68,8 +68,8 @@ pub(crate) fn caught<T: Send>(work: impl FnOnce() -> T + Send) -> thread::Result
     }))
 }
 
-/// The threads of a process that was forked from one that had computed: those of rayon's global pool stayed with its
-/// parent, and work given to them would never be done. `None` in any other process.
+/// The thread pool of a process that was forked from one that had computed: the threads of rayon's global pool
+/// remained in its parent, and work given to them would never be done. `None` in any other process.
 fn forked_pool() -> Option<Arc<ThreadPool>> {
     static FIRST: OnceLock<u32> = OnceLock::new();
     static POOL: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
@@ -83,19 +83,19 @@ fn forked_pool() -> Option<Arc<ThreadPool>> {
         _ => {
             let built = ThreadPoolBuilder::new().build();
             let pool = Arc::new(built.unwrap_or_else(|error| panic!("no threads can be started: {error}")));
-            // A pool of the parent has no threads here to be told of its end.
+            // A pool of the parent has no threads here that could be told to end.
             std::mem::forget(held.replace((process, Arc::clone(&pool))));
             Some(pool)
         }
     }
 }
 
-/// A panic is a bug of slipfit, and is said to be one.
+/// A panic is a bug of slipfit, and is reported as one.
 fn bug(py: Python<'_>, panic: &(dyn Any + Send)) -> PyErr {
     Failure::new(py, "SlipfitError", "internal", bug_report(panic)).into_error()
 }
 
-/// What a panic said.
+/// The message of a panic.
 pub(crate) fn bug_report(panic: &(dyn Any + Send)) -> String {
     let text = panic.downcast_ref::<&str>().map(ToString::to_string);
     let text = text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_default();

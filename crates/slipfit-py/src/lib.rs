@@ -1,6 +1,6 @@
 //! The Python extension `slipfit._core`: conversions between Python and the libraries.
 //!
-//! The package in `python/slipfit` is what people import; it has the signatures, the docs and the
+//! The package in `python/slipfit` is what users import; it contains the signatures, the documentation and the
 //! types. Nothing is computed here.
 
 mod answer;

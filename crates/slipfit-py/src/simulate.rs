@@ -14,7 +14,7 @@ use std::f64::consts::TAU;
 
 type Array<'py> = Bound<'py, PyArray1<f64>>;
 
-/// More samples than any record is made of.
+/// More samples than any record has.
 const MOST_SAMPLES: f64 = 1e9;
 
 /// An oscillator as the core's builder takes it.
@@ -64,7 +64,7 @@ fn times(py: Python<'_>, duration_s: f64, rate_hz: f64) -> PyResult<Vec<f64>> {
     Ok((0..rows as u64).map(|i| i as f64 / rate_hz).collect())
 }
 
-/// Runs a simulation without the interpreter's lock.
+/// Runs a simulation without the interpreter lock.
 fn simulated<T: Send + 'static>(
     py: Python<'_>,
     work: impl FnOnce() -> Result<T, Error> + Send + 'static,
@@ -147,7 +147,7 @@ pub(crate) fn sweep<'py>(
         }
     })?;
     let column = |of: fn(&Reading) -> f64| readings.iter().map(of).collect::<Vec<_>>().into_pyarray(py);
-    // Of a mass at rest there is none.
+    // A mass at rest has no phase.
     let phase_rad = |r: &Reading| r.phase_rad().unwrap_or(f64::NAN);
     Ok((column(|r| r.frequency_hz), column(Reading::amplitude), column(phase_rad)))
 }

@@ -20,7 +20,7 @@ pub(crate) struct Stack {
 
 #[pymethods]
 impl Stack {
-    /// Opens it; of several arrays in the file `data` names one.
+    /// Opens the file; `data` names one of several arrays in it.
     #[new]
     fn new(py: Python<'_>, path: PathBuf, data: Option<&str>) -> PyResult<Self> {
         let held = slipfit_io::Stack::open(path, data).map_err(|error| read_error(py, error))?;
@@ -28,7 +28,7 @@ impl Stack {
         Ok(Self { held: Arc::new(Mutex::new(held)), shape, unit })
     }
 
-    /// The numbers from one index to another along an axis, whole along the others.
+    /// The numbers from one index to another along an axis, complete along the others.
     fn part<'py>(
         &self,
         py: Python<'py>,

@@ -109,7 +109,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    # The engines are imported where they are asked for, as are their packages.
+    # The engines and their packages are imported only on request.
     if name == "engines":
         return importlib.import_module(".engines", __name__)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -17,7 +17,7 @@ from ._answers import LevelsAnswer, ResonanceAnswer, RingdownAnswer, SeriesAnswe
 from ._errors import FolderError, OptionError, ReadError, SlipfitError
 from .typing import Band, Column, Interval, Kind, Motion, Path, Scalar, Uncertain
 
-#: What an instant or an interval can be, in words.
+#: Description of valid times and intervals.
 _INTERVAL = "a number of seconds or a duration is needed"
 
 _CHOICES = (
@@ -28,7 +28,7 @@ _CHOICES = (
 
 
 def _choices(**given: Any) -> dict[str, Any]:
-    """Every option of reading; a column may be given by its number."""
+    """All options of reading; a column may be given by its number."""
     counts, numbers = ("part", "run", "most_samples"), ("rate_hz", "centre_hz")
 
     def choice(name: str, value: Any) -> Any:
@@ -90,38 +90,38 @@ def read(
     Parameters
     ----------
     source : path or bytes
-        A file, or what stands in one.
+        A file, or its content.
     name : str, optional
-        Stands for bytes in reports and errors.
+        Name of the bytes in reports and errors.
     time, signal, quadrature : str or int, optional
-        Columns by name or by number from 1; of a lock-in X and Y.
+        Columns by name or by number from 1; for a lock-in X and Y.
     time_unit, unit : str, optional
-        Units where the file does not name them.
+        Units, if the file does not state them.
     kind : str, optional
         ``displacement``, ``velocity``, ``acceleration``, ``envelope`` or ``lock-in``.
     rate_hz : float or quantity, optional
-        Samples per second, in place of a column of times.
+        Samples per second, instead of a column of times.
     sheet : str or int, optional
         Which sheet, variable, group or track.
     part, run : int, optional
         Which of several tables side by side; which of several runs, in groups of columns or one after
         the other; from 1.
     most_samples : int, optional
-        Samples held at most; longer records are averaged while they are read.
+        Maximum number of samples held; longer records are averaged while they are read.
     format : str, optional
-        The format (``text``, ``wav``, ``mat``, ...), where the first bytes do not tell it.
+        The format (``text``, ``wav``, ``mat``, ...), if the first bytes do not identify it.
 
     Returns
     -------
     Record
-        Samples with a clean clock, to be given to :func:`ringdown`.
+        Samples with a clean clock, for :func:`ringdown`.
 
     Raises
     ------
     ReadError
-        What is wrong with the file, with its row and what would help; of a folder a FolderError.
+        If the file cannot be read; gives the row and hints. A FolderError for a folder.
     OSError
-        Where the system refuses.
+        If the operating system refuses access.
 
     Examples
     --------
@@ -171,15 +171,15 @@ def read_curve(
     Parameters
     ----------
     source : path, sequence of paths or bytes
-        The curve, or one driven record for each frequency.
+        The curve, or one driven record per frequency.
     name : str, optional
-        Stands for bytes in reports and errors.
+        Name of the bytes in reports and errors.
     frequency, amplitude, phase, real, imaginary, drive, std_error : str or int, optional
         Columns by name or by number from 1.
     frequency_unit, unit, phase_unit : str, optional
-        Units where the file does not name them.
+        Units, if the file does not state them.
     centre_hz : float or quantity, optional
-        The frequency that shifts are counted from.
+        The frequency from which shifts are counted.
     kind : str, optional
         What the response is; divided by i omega once for a velocity, twice for an acceleration.
     sheet, run : str or int, optional
@@ -187,17 +187,17 @@ def read_curve(
     time, time_unit, rate_hz : optional
         Clock of driven records.
     format : str, optional
-        The format, where the first bytes do not tell it.
+        The format, if the first bytes do not identify it.
 
     Returns
     -------
     Curve
-        To be given to :func:`resonance`.
+        For :func:`resonance`.
 
     Raises
     ------
     ReadError
-        What is wrong with the file, with its row and what would help.
+        If the file cannot be read; gives the row and hints.
     """
     _check_motion(kind)
     choices = _choices(
@@ -232,27 +232,27 @@ def read_levels(
     source : path or bytes
         The table.
     name : str, optional
-        Stands for bytes in reports and errors.
+        Name of the bytes in reports and errors.
     drive, amplitude, std_error : str or int, optional
         Columns by name or by number from 1.
     real, imaginary : str or int, optional
-        Columns of the two outputs of a lock-in, of which the modulus is taken.
+        Columns of the two outputs of a lock-in, whose modulus is used.
     unit, drive_unit : str, optional
-        Units where the file does not name them.
+        Units, if the file does not state them.
     sheet : str or int, optional
         Which table.
     format : str, optional
-        The format, where the first bytes do not tell it.
+        The format, if the first bytes do not identify it.
 
     Returns
     -------
     Levels
-        To be given to :func:`levels`.
+        For :func:`levels`.
 
     Raises
     ------
     ReadError
-        What is wrong with the file, with its row and what would help.
+        If the file cannot be read; gives the row and hints.
     """
     _refuse_folder(source, "one of its files is needed")
     choices = _choices(
@@ -294,12 +294,12 @@ def _record(
         raise _input.refuse("time", f"time is a {table} {of}: {needed}{named and f'; there is {named}'}")
     times, values, own_unit = _input.time_and_signal(time, signal)
     if rate_hz is not None:
-        # The rate stands in place of stamps.
+        # The rate replaces time stamps.
         times = None
         _input.check_every_row(time if signal is None else signal, rate_hz)
     elif times is None:
         if values is not None and np.ndim(_input.held("signal", values)) != 1:
-            # A table, or anything else that is no signal: its shape says more.
+            # A table, or anything else that is not a signal: the error about its shape is more helpful.
             _input.vector("signal", values)
         if signal is None and quadrature is None and time is not None:
             missing = "signal is missing; if this is the signal, give rate_hz"
@@ -323,7 +323,7 @@ def _record(
 
 
 def _of_arrays(take: Callable[..., Any], columns: dict[str, Any], *others: Any) -> Any:
-    """What is read of arrays; what is wrong with them is told as arguments and indices, not as a file."""
+    """Reads arrays; errors name arguments and indices instead of a file."""
     try:
         return take(*columns.values(), *others)
     except ReadError as error:
@@ -351,7 +351,7 @@ def _as_option(error: ReadError, names: list[str]) -> OptionError:
 
 
 def _own_kind(option: str, given: object) -> None:
-    """Refuses what another analysis takes, a table whose columns are needed, and an open file."""
+    """Refuses objects of another analysis, a table of which columns are needed, and an open file."""
     for kind, analysis in ((_core.Record, "ringdown"), (_core.Curve, "resonance"), (_core.Levels, "levels")):
         if isinstance(given, kind):
             raise wrong_type(option, given, f"slipfit.{analysis} takes it")
@@ -394,42 +394,42 @@ def ringdown(
 
     Finds the decay in the record, fits every combination of viscous, sliding
     and drag losses with the exact motion between turning points, compares them
-    and says how sure that is.
+    and gives the evidence.
 
     Parameters
     ----------
     time : array_like, shape (n,), or Record, path, Series, DataArray
         Times [s], or dates or durations. A pandas Series with its times as
         index, an xarray DataArray with a coordinate, a :class:`Record`, a path
-        or the bytes of a file stand alone, without `signal`.
+        or the bytes of a file are given alone, without `signal`.
     signal : array_like, shape (n,)
-        Samples in any unit; NaN is left out and counted. Of a lock-in its X output.
+        Samples in any unit; NaN is left out and counted. For a lock-in, its X output.
     quadrature : array_like, shape (n,), optional
         Y output of a lock-in.
     rate_hz : float or quantity, optional
-        Samples per second, in place of `time`.
+        Samples per second, instead of `time`.
     unit : str, optional
         Unit of the samples, such as ``rad`` or ``mm``.
     kind : str, optional
         ``displacement``, ``velocity``, ``acceleration``, ``envelope`` or
-        ``lock-in``; found out if not given.
+        ``lock-in``; determined from the data if not given.
     model : str, optional
         Report this loss model, such as ``viscous+sliding``, whichever the data prefer.
     band_hz : (low, high), optional
-        Only oscillations between these frequencies [Hz].
+        Use only oscillations between these frequencies [Hz].
     start_s, end_s : float, quantity or duration, optional
-        First and last instant used [s].
+        First and last time used [s].
     min_amplitude : float or quantity, optional
-        Follow the decay down to this amplitude only, unit of the signal.
+        Follow the decay only down to this amplitude, unit of the signal.
     law : {"free", "rising"}, optional
-        Draw the loss against the amplitude without a model as well, with its confidence band;
-        ``"rising"`` where the loss grows with the amplitude.
+        Also estimate the loss against amplitude without a model, with its confidence band;
+        ``"rising"`` if the loss grows with the amplitude.
     frequency_hz : float or quantity, optional
-        Frequency of the oscillation [Hz], for amplitudes, which do not show it.
+        Frequency of the oscillation [Hz], for amplitudes, which do not contain it.
     lockin_time_constant_s, lockin_order : float and int, optional
         Output filter of the lock-in: time constant of a stage [s] and number of stages.
     stiffness, mass, torsion_stiffness, inertia : float, quantity or (value, std_error), optional
-        One of them turns displacements into forces [N/m, kg, N m/rad, kg m²].
+        One of them converts displacements to forces [N/m, kg, N m/rad, kg m²].
 
     Returns
     -------
@@ -439,18 +439,18 @@ def ringdown(
     Raises
     ------
     NoAnswerError
-        Where the record shows no oscillation or no decay.
+        If the record shows no oscillation or no decay.
     OptionError
-        Where an argument cannot be meant.
+        If an argument is invalid.
     ReadError
-        Where a file cannot be read.
+        If a file cannot be read.
 
     Notes
     -----
     The model is that of Vitorino, Vieira and Rodrigues, Sci. Rep. 7 (2017),
     doi:10.1038/s41598-017-03999-w.
 
-    Arrays are analysed as the file that ``numpy.save`` would write of them:
+    Arrays are analysed like the file that ``numpy.save`` would write of them:
     the command gives the same answer.
 
     Examples
@@ -483,7 +483,7 @@ def ringdown(
 
 
 def _check_filter(record: _core.Record, choices: Mapping[str, Any]) -> None:
-    """Refuses the output filter of a lock-in beside a record that is not behind one."""
+    """Refuses the output filter of a lock-in for a record that did not pass one."""
     constant, order = choices["lockin_time_constant_s"], choices["lockin_order"]
     if constant is not None and order is not None and record.kind not in ("envelope", "lock-in"):
         what = f"only for amplitudes and the outputs of a lock-in; this record oscillates, its kind is {record.kind!r}"
@@ -516,7 +516,7 @@ def _ringdown_choices(
 
 
 def _check_motion(kind: str | None) -> None:
-    """Refuses what only a record in time can be."""
+    """Refuses kinds that only a record in time can have."""
     if kind in ("envelope", "lock-in"):
         raise _input.refuse("kind", f"kind={kind!r}: one of {', '.join(get_args(Motion))} for a resonance curve")
 
@@ -573,11 +573,11 @@ def _curve(
 
 
 def _parts(name: str, response: Any) -> tuple[Any, Any, Any]:
-    """Amplitudes, or real and imaginary parts of what is complex."""
+    """Amplitudes, or real and imaginary parts of complex values."""
     values = _input.held(name, response)
     if values.dtype.kind != "c":
         return _input.vector(name, response), None, None
-    # Both parts of what is masked are missing.
+    # Of a masked value both parts are missing.
     values = np.where(np.isnan(values), complex(np.nan, np.nan), values)
     return None, _input.vector(name, np.real(values)), _input.vector(name, np.imag(values))
 
@@ -613,8 +613,8 @@ def resonance(
     Parameters
     ----------
     frequency : array_like, shape (n,), or Curve, path, paths
-        Frequencies [Hz]. A :class:`Curve`, what :func:`slipfit.simulate.sweep` gives, a path,
-        several paths or a folder of driven records stand alone, without `response`.
+        Frequencies [Hz]. A :class:`Curve`, the result of :func:`slipfit.simulate.sweep`, a path,
+        several paths or a folder of driven records are given alone, without `response`.
     response : array_like, shape (n,)
         Amplitudes, or complex responses, in any unit.
     phase_rad : array_like, shape (n,), optional
@@ -622,28 +622,28 @@ def resonance(
     std_error : array_like, shape (n,), optional
         Standard errors of the amplitudes.
     drive : array_like, shape (n,), optional
-        Level of the drive at each point; divided out.
+        Level of the drive at each point, which is divided out.
     unit : str, optional
         Unit of the response.
     kind : str, optional
         What the response is: ``displacement``, ``velocity``, ``acceleration``.
     reference : Curve, simulated curve or path, optional
         A friction-free curve of the same oscillator and drive, which gives the drive amplitude. It has
-        frequency, viscous damping, phase and background of its own; delay, drag and Duffing term are shared.
+        its own frequency, viscous damping, phase and background; delay, drag and Duffing term are shared.
     drive_amplitude : float, quantity or (value, std_error), optional
         Drive amplitude x_0, in the unit of the response.
     band_hz : (low, high), optional
-        Only points between these frequencies [Hz].
+        Use only points between these frequencies [Hz].
     method : str, optional
         ``exact``, ``leading`` (eq. 8 of the paper) or ``paper`` (its eq. 14).
     model : str, optional
         Report this loss model, whichever the data prefer.
     background, delay, amplitude_offset, noise_floor, phase_offset, duffing : bool, optional
-        Whether these terms are fitted; decided by the data if not given. ``amplitude_offset`` is a constant in
-        every amplitude of a curve without phases, as the zero of a detector; ``noise_floor`` one that adds in squares,
-        as in a spectrum analyser.
+        Whether these terms are fitted; decided by the data if not given. ``amplitude_offset`` is a constant offset
+        of every amplitude of a curve without phases, such as the zero of a detector; ``noise_floor`` is added in
+        quadrature, as in a spectrum analyser.
     stiffness, mass, torsion_stiffness, inertia : float, quantity or (value, std_error), optional
-        One of them turns displacements into forces.
+        One of them converts displacements to forces.
 
     Returns
     -------
@@ -653,11 +653,11 @@ def resonance(
     Raises
     ------
     NoAnswerError
-        Where the curve shows no resonance.
+        If the curve shows no resonance.
     OptionError
-        Where an argument cannot be meant.
+        If an argument is invalid.
     ReadError
-        Where a file cannot be read.
+        If a file cannot be read.
 
     Examples
     --------
@@ -760,38 +760,38 @@ def levels(
     torsion_stiffness: Uncertain | None = None,
     inertia: Uncertain | None = None,
 ) -> LevelsAnswer:
-    """Threshold and slope of the amplitude at resonance over the level of the drive.
+    """Threshold and slope of the amplitude at resonance against the drive level.
 
     Parameters
     ----------
     drive : array_like, shape (n,), or Levels, path
-        Levels of the drive. :class:`Levels` or a path stand alone.
+        Levels of the drive. :class:`Levels` or a path are given alone.
     amplitude : array_like, shape (n,)
-        Amplitude at resonance at each level, or complex response, of which the modulus is taken.
+        Amplitude at resonance at each level, or complex response, whose modulus is used.
     std_error : array_like, shape (n,), optional
         Standard errors of the amplitudes.
     unit, drive_unit : str, optional
-        Units of amplitudes and levels; where both are lengths or both are angles Q and x_F follow.
+        Units of amplitudes and levels; if both are lengths or both are angles, Q and x_F follow.
     frequency_hz : float or quantity, optional
-        Frequency of the resonance [Hz]: with it the decay rate follows from Q.
+        Frequency of the resonance [Hz], with which the decay rate follows from Q.
     drive_gain : float, quantity or (value, std_error), optional
-        Drive amplitude at the base, in the unit of the amplitudes, for one unit of the level.
+        Drive amplitude at the base, in the unit of the amplitudes, per unit of the level.
     q_factor : float, quantity or (value, std_error), optional
-        Quality factor of the viscous loss, in place of `drive_gain`.
+        Quality factor of the viscous loss, instead of `drive_gain`.
     stiffness, mass, torsion_stiffness, inertia : float, quantity or (value, std_error), optional
-        One of them turns displacements into forces.
+        One of them converts displacements to forces.
 
     Returns
     -------
     LevelsAnswer
-        Slope, threshold and what follows from them.
+        Slope, threshold and derived parameters.
 
     Raises
     ------
     NoAnswerError
-        Where no line rises with the drive.
+        If no line rises with the drive.
     OptionError
-        Where an argument cannot be meant.
+        If an argument is invalid.
 
     Examples
     --------
@@ -812,7 +812,7 @@ def levels(
 
 
 def _gain_unit(held: _core.Levels) -> str:
-    """Unit of the amplitude at the base for one unit of the level; empty where it is unknown."""
+    """Unit of the amplitude at the base per unit of the level; empty if unknown."""
     return f"{held.unit}/{held.drive_unit}" if held.unit and held.drive_unit else ""
 
 
@@ -837,15 +837,15 @@ class Measurement:
     data : Record, Curve or Levels
         What was measured, from :func:`read`, :func:`read_curve`, :func:`read_levels`.
     condition : str
-        Label of what was set while measuring, such as ``9 nN``.
+        Label of the condition of the measurement, such as ``9 nN``.
     value : float, quantity or (value, std_error), optional
         The condition as a number.
     name : str, optional
         Name of the measurement; that of its file if not given.
     reference : Curve, optional
-        Friction-free curve of a curve.
+        Friction-free reference of a curve.
     scale : float or quantity, optional
-        Factor from its unit to that of the series, where units do not say it.
+        Factor from its unit to that of the series, if the units do not determine it.
     options : dict
         Options of its analysis: those of :func:`ringdown`, :func:`resonance` or :func:`levels`.
     """
@@ -927,20 +927,20 @@ def series(
     torsion_stiffness: Uncertain | None = None,
     inertia: Uncertain | None = None,
 ) -> SeriesAnswer:
-    """Several measurements of one oscillator: alone, compared, jointly.
+    """Analyses several measurements of one oscillator: individually, compared, and jointly.
 
     Parameters
     ----------
     measurements : iterable of Measurement
         At least one.
     title, condition, condition_unit : str, optional
-        What the report shows; `condition` is what was varied.
+        Text of the report; `condition` is the quantity that was varied.
     unit : str, optional
         Unit of displacements in the table; that of the first measurement if not given.
     shared : iterable of str, optional
-        Parameters held in common: ``natural_frequency``, ``drive_amplitude``, ``decay_rate``.
+        Parameters common to all measurements: ``natural_frequency``, ``drive_amplitude``, ``decay_rate``.
     stiffness, mass, torsion_stiffness, inertia : float, quantity or (value, std_error), optional
-        One of them turns displacements into forces.
+        One of them converts displacements to forces.
 
     Returns
     -------
@@ -950,7 +950,7 @@ def series(
     Raises
     ------
     OptionError
-        Where measurements do not fit together.
+        If measurements are incompatible.
     """
     held = list(measurements)
     if not all(isinstance(one, Measurement) for one in held):

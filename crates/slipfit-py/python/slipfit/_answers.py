@@ -1,4 +1,4 @@
-"""Answers: parameters with uncertainties, and what they rest on."""
+"""Answers: parameters with uncertainties, and the data they are based on."""
 
 from __future__ import annotations
 
@@ -49,14 +49,14 @@ class Quantity:
     interval_95 : tuple of float
         95 % confidence interval. Asymmetric near a limit.
     unbounded_value : float
-        The estimate with its limit lifted: averages of it stay unbiased.
+        The estimate without its limit, whose averages are unbiased.
     unit : str
         Unit in plain text; empty for a pure number.
 
     Notes
     -----
-    A format specification is that of the two numbers, ``f"{q:.3g}"``; its fill, alignment and width are
-    those of the whole text. As in the package uncertainties, ``u`` counts the digits of the standard error
+    A format specification applies to the two numbers, ``f"{q:.3g}"``; its fill, alignment and width apply
+    to the whole text. As in the package uncertainties, ``u`` counts the digits of the standard error
     and rounds the value to the same decimal: ``f"{q:.2u}"``.
 
     Examples
@@ -97,11 +97,11 @@ class Quantity:
         else:
             number = other + group + digits + kind
             text = f"{format(self.value, sign + number)} ± {format(self.std_error, number)}{unit}"
-        # On the right, as numbers.
+        # Right-aligned, like numbers.
         return format(text, f"{fill}{align or '>'}{width}")
 
     def _to_digits_of_error(self, sign: str, digits: int) -> str:
-        """Value and error down to the last of so many digits of the error."""
+        """Value and error, rounded to the given number of digits of the error."""
         if not (math.isfinite(self.value) and 0 < self.std_error < math.inf):
             return f"{self.value:{sign}.6g} ± {self.std_error:.2g}"
         # Rounding may carry into the next decade: 0.0996 is 0.10.
@@ -120,7 +120,7 @@ _SPECIFICATION = re.compile(r"(?:(.)?([<>^]))?([-+ ]?)(z?#?)([1-9]\d*)?([,_]?)(\
 
 
 def _item(held: Mapping[str, Any], what: str, name: object) -> Any:
-    """What is held by this name; the error for any other says which there are."""
+    """The item of this name; the error for any other name lists the existing ones."""
     try:
         return held[name]  # type: ignore[index]
     except KeyError:
@@ -130,7 +130,7 @@ def _item(held: Mapping[str, Any], what: str, name: object) -> Any:
 class Parameters(Mapping[str, Quantity]):
     """Parameters by name, as items and as attributes.
 
-    Which of them there are depends on the analysis; docs/json.md lists all.
+    Which of them exist depends on the analysis; docs/json.md lists all.
     """
 
     __slots__ = ("_held",)
@@ -192,14 +192,14 @@ class Parameters(Mapping[str, Quantity]):
 
 
 def _part(value: Any) -> Any:
-    """A value of JSON as the caller's own: objects are sections, lists are copied."""
+    """A value of JSON as a copy for the caller: objects become sections, lists are copied."""
     if isinstance(value, dict):
         return _Estimate(value) if _QUANTITY <= value.keys() else Section(value)
     return [_part(one) for one in value] if isinstance(value, list) else value
 
 
 class Section(Mapping[str, Any]):
-    """A part of an answer: its values as items and as attributes, sections among them.
+    """A part of an answer: its values, including sections, as items and as attributes.
 
     Those that are quantities, with ``value``, ``std_error``, ``interval_95`` and ``unit``, are formatted as a
     :class:`Quantity` is, and are numbers.
@@ -247,7 +247,7 @@ class Section(Mapping[str, Any]):
         return "Section(" + ", ".join(f"{name}={value!r}" for name, value in self.items()) + ")"
 
 
-#: What a part has that is a quantity.
+#: Keys of a part that is a quantity.
 _QUANTITY = frozenset(("value", "std_error", "interval_95", "unbounded_value", "unit"))
 
 
@@ -258,7 +258,7 @@ class _Estimate(Section):
 
     def _quantity(self) -> Quantity:
         low, high = self._held["interval_95"]
-        # JSON has no number for what is infinite, as a quality factor without viscous loss.
+        # JSON has no infinite numbers, such as a quality factor without viscous loss.
         beyond = math.inf if high is None else math.nan
         value, std_error, unbounded = (
             beyond if self._held[name] is None else float(self._held[name])
@@ -278,13 +278,13 @@ class _Estimate(Section):
 
 
 def _same(one: NDArray[Any], other: NDArray[Any]) -> bool:
-    """Whether two columns are equal, missing numbers taken as equal."""
+    """Whether two columns are equal; missing numbers count as equal."""
     numbers = one.dtype.kind == other.dtype.kind == "f"
     return np.array_equal(one, other, equal_nan=numbers)
 
 
 class Table(Mapping[str, NDArray[Any]]):
-    """Columns of one length, as items and as attributes."""
+    """Columns of equal length, as items and as attributes."""
 
     __slots__ = ("_columns", "_units")
 
@@ -294,7 +294,7 @@ class Table(Mapping[str, NDArray[Any]]):
 
     @property
     def units(self) -> dict[str, str]:
-        """Unit of each column of which it is known."""
+        """Units of the columns, where known."""
         return dict(self._units)
 
     def __getitem__(self, name: str) -> NDArray[Any]:
@@ -330,7 +330,7 @@ class Table(Mapping[str, NDArray[Any]]):
     __hash__ = None  # type: ignore[assignment]
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> NoReturn:
-        # NumPy, and pandas by it, would make an array of the names.
+        # NumPy, and pandas through it, would make an array of the names.
         raise wrong_type("table", self, "a column is an array, table[name]; to_dataframe() has all of them")
 
     def to_dataframe(self) -> pd.DataFrame:
@@ -349,12 +349,12 @@ class Table(Mapping[str, NDArray[Any]]):
 
 @dataclass(frozen=True)
 class Warning:
-    """Something that limits an answer.
+    """A limitation of an answer.
 
     Attributes
     ----------
     code : str
-        Which one, in a word a program can compare; docs/warnings.md says what each means.
+        Identifier that a program can compare; docs/warnings.md explains each.
     message : str
         What was found.
     hints : tuple of Hint
@@ -373,7 +373,7 @@ class Warning:
 
 
 def _column(values: list[Any]) -> NDArray[Any]:
-    """An array of what JSON has: null is NaN among numbers."""
+    """A JSON list as an array; null among numbers becomes NaN."""
     if any(isinstance(v, str) for v in values):
         return np.array(["" if v is None else v for v in values], dtype=np.str_)
     if values and all(isinstance(v, bool) for v in values):
@@ -393,11 +393,11 @@ def _rows(rows: list[dict[str, Any]]) -> Table:
 
 
 class Answer:
-    """What every analysis answers with.
+    """Base class of the answers of all analyses.
 
-    ``print(answer)`` is the report as in a terminal, ``to_json()`` the answer
-    with everything in it, the same text that ``slipfit … --json`` writes. In a
-    notebook an answer shows itself as a table.
+    ``print(answer)`` prints the report as in a terminal, ``to_json()`` returns the
+    complete answer, the same text that ``slipfit … --json`` writes. A
+    notebook shows an answer as a table.
 
     Two answers are equal if their JSON is. They can be copied and pickled.
     """
@@ -409,7 +409,7 @@ class Answer:
     _PARTS = ("json", "csv", "screen", "html", "svg", "quantities", "warnings", "fit")
 
     def _part(self, name: str) -> Any:
-        """A part of the report, made when it is first asked for."""
+        """A part of the report, computed when it is first requested."""
         if name not in self._held:
             assert self._found is not None, "a stored answer has every part"
             self._held[name] = getattr(self._found, name)()
@@ -437,7 +437,7 @@ class Answer:
         return self
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
-        # Nothing in an answer changes but copies of arrays, which the caller owns.
+        # An answer is immutable; arrays are returned as copies.
         return self
 
     def __eq__(self, other: object) -> bool:
@@ -456,7 +456,7 @@ class Answer:
 
     @property
     def warnings(self) -> tuple[Warning, ...]:
-        """What limits the answer."""
+        """Limitations of the answer."""
         return tuple(
             Warning(code, message, tuple(Hint(*hint) for hint in hints), text)
             for code, message, hints, text in self._part("warnings")
@@ -464,7 +464,7 @@ class Answer:
 
     @property
     def fit(self) -> Table:
-        """The fitted model as arrays, to be drawn beside the data."""
+        """The fitted model as arrays, for drawing with the data."""
         return Table({name: values.copy() for name, values in self._part("fit").items()})
 
     def to_json(self) -> str:
@@ -488,7 +488,7 @@ class Answer:
         return text
 
     def to_dataframe(self) -> pd.DataFrame:
-        """The parameters as a pandas DataFrame, one row each."""
+        """The parameters as a pandas DataFrame, one row per parameter."""
         raise NotImplementedError
 
     @public
@@ -500,7 +500,7 @@ class Answer:
         Parameters
         ----------
         ax : matplotlib Axes, optional
-            Where to draw the main panel; without it a figure with all panels is made.
+            Where to draw the main panel; if not given, a figure with all panels is made.
 
         Returns
         -------
@@ -555,7 +555,7 @@ class _Compared(_Measured):
 
     @property
     def model(self) -> str:
-        """The loss model reported."""
+        """The reported loss model."""
         name: str = self._data["model"]
         return name
 
@@ -581,12 +581,12 @@ class _Compared(_Measured):
         return Section(self._data["diagnostics"])
 
     def correlation(self, a: str, b: str) -> float | None:
-        """Correlation of two estimated parameters, in either order; None where it is not reported.
+        """Correlation of two estimated parameters, in either order; None if it is not reported.
 
         Raises
         ------
         KeyError
-            For a name that is no parameter's.
+            For a name that is not a parameter.
         """
         pairs = self._data["correlations"]
         known = {*Parameters.__annotations__, *(name for entry in pairs for name in entry["parameters"])}
@@ -615,7 +615,7 @@ class RingdownAnswer(_Compared):
 
     @property
     def free_law(self) -> Section | None:
-        """The loss against the amplitude without a model, where ``law`` asked for it.
+        """The loss against amplitude without a model, if ``law`` requested it.
 
         ``curve`` is a table of amplitude, loss_per_cycle, low_95 and high_95; ``limit`` is the loss per
         second at vanishing amplitude (sliding), ``slope`` its slope there (viscous).
@@ -635,20 +635,21 @@ class RingdownAnswer(_Compared):
 
     @property
     def stop(self) -> Section | None:
-        """Where and when the motion came to rest; None where the record does not show it."""
+        """Where and when the motion came to rest; None if the record does not show it."""
         return self._section("stop")
 
     @property
     def second_mode(self) -> Section | None:
-        """A weaker mode beside the motion: ``frequency``, ``decay_rate``, ``amplitude``; None for one mode."""
+        """A weaker second mode: ``frequency``, ``decay_rate``, ``amplitude``; None if there is only one mode."""
         return self._section("second_mode")
 
     @property
     def sensor_curve(self) -> Section | None:
-        """How the sensor bends: ``centre``, ``quadratic``, ``cubic``, ``saturation``, the ``std_error`` of both; None where straight.
+        """Nonlinearity of the sensor: ``centre``, ``quadratic``, ``cubic``, ``saturation``; None if it is linear.
 
-        It reads ``centre + x + quadratic x**2 + cubic x**3 / (1 + saturation x**2)`` of a displacement x;
-        amplitude and friction displacement are those of x.
+        It reads ``centre + x + quadratic x**2 + cubic x**3 / (1 + saturation x**2)`` for a displacement x;
+        amplitude and friction displacement are those of x. Standard errors are ``cubic_std_error`` and
+        ``saturation_std_error``.
         """
         return self._section("sensor_curve")
 
@@ -667,13 +668,13 @@ class ResonanceAnswer(_Compared):
 
     @property
     def drive_source(self) -> Literal["known", "reference", "shape"]:
-        """Where the drive amplitude came from."""
+        """Source of the drive amplitude."""
         name: Literal["known", "reference", "shape"] = self._data["drive_source"]
         return name
 
     @property
     def curve(self) -> Table:
-        """The points used beside the fit, by rising frequency."""
+        """The points used and the fit, by increasing frequency."""
         return _table(self._data["curve"])
 
     @property
@@ -683,7 +684,7 @@ class ResonanceAnswer(_Compared):
 
     @property
     def instrument(self) -> Section:
-        """What the instrument adds: phase offset, delay, background."""
+        """Contributions of the instrument: phase offset, delay, background."""
         return Section(self._data["instrument"])
 
     @property
@@ -693,17 +694,17 @@ class ResonanceAnswer(_Compared):
 
     @property
     def paper(self) -> Section | None:
-        """What the paper's eq. (14) gives of the same curve, and its bias; None where it does not apply."""
+        """Result of the paper's eq. (14) for the same curve, and its bias; None if it does not apply."""
         return self._section("paper")
 
     @property
     def reference(self) -> Section | None:
-        """The friction-free curve; None where none was given."""
+        """The friction-free curve; None if none was given."""
         return self._section("reference")
 
     @property
     def mean_drive(self) -> float | None:
-        """Mean level of the drive that was divided out; None where there is none."""
+        """Mean level of the drive that was divided out; None if there is none."""
         value: float | None = self._data["mean_drive"]
         return value
 
@@ -712,11 +713,11 @@ class ResonanceAnswer(_Compared):
 
 
 class LevelsAnswer(_Measured):
-    """The answer to amplitudes over drive levels, see :func:`slipfit.levels`."""
+    """The answer to amplitudes against drive levels, see :func:`slipfit.levels`."""
 
     @property
     def detected(self) -> bool:
-        """Whether a threshold is seen."""
+        """Whether a threshold is detected."""
         detected: bool = self._data["detected"]
         return detected
 
@@ -727,12 +728,12 @@ class LevelsAnswer(_Measured):
         return value
 
     def correlation(self, a: str = "slope", b: str = "threshold") -> float | None:
-        """Correlation of two estimated parameters, in either order; None where it is not reported.
+        """Correlation of two estimated parameters, in either order; None if it is not reported.
 
         Raises
         ------
         KeyError
-            For a name that is no parameter's.
+            For a name that is not a parameter.
         """
         for name in (a, b):
             _item(dict(self.parameters), "parameter", name)
@@ -741,12 +742,12 @@ class LevelsAnswer(_Measured):
 
     @property
     def levels(self) -> Table:
-        """The levels beside the fit, by rising drive."""
+        """The levels and the fit, by increasing drive."""
         return _table(self._data["levels"])
 
     @property
     def breakaway(self) -> Section | None:
-        """Where the mass breaks loose; None where that is not seen."""
+        """Level at which the mass breaks loose; None if that is not observed."""
         return self._section("breakaway")
 
     @property
@@ -763,32 +764,32 @@ class SeriesAnswer(Answer):
 
     @property
     def table(self) -> list[Section]:
-        """One row for each condition."""
+        """One row per condition."""
         return [Section(row) for row in self._data["table"]]
 
     @property
     def measurements(self) -> list[Section]:
-        """Each measurement alone, in the order given."""
+        """Each measurement on its own, in the order given."""
         return [Section(one) for one in self._data["measurements"]]
 
     @property
     def scatter(self) -> Section | None:
-        """How repeats scatter beyond their errors; None where they do not."""
+        """Scatter of repeated measurements beyond their errors; None if there is none."""
         return self._section("scatter")
 
     @property
     def joint(self) -> Section | None:
-        """The joint fit; None where there is none."""
+        """The joint fit; None if there is none."""
         return self._section("joint")
 
     @property
     def laws(self) -> list[Section]:
-        """Friction against the condition's value, laws compared, best first."""
+        """Laws of friction against the value of the condition, best first."""
         return [Section(law) for law in self._data["laws"]]
 
     @property
     def agreement_p_value(self) -> float | None:
-        """p value that ring-down and resonance agree at every condition."""
+        """p value of the agreement of ring-down and resonance at every condition."""
         value: float | None = self._data["agreement_p_value"]
         return value
 
@@ -798,8 +799,8 @@ class SeriesAnswer(Answer):
         Returns
         -------
         DataFrame
-            A row for each quantity of each condition by each kind of measurement; columns condition,
-            condition_value and condition_std_error (NaN where no number was given), by, quantity, value,
+            One row per quantity, condition and kind of measurement; columns condition,
+            condition_value and condition_std_error (NaN if no number was given), by, quantity, value,
             std_error, low_95, high_95, unit.
 
         Examples

@@ -1,4 +1,4 @@
-"""What every public function does with its arguments: their types are those it declares, and errors name them."""
+"""Checks the arguments of every public function against its declared types; errors name the arguments."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ from ._errors import Hint, OptionError, OptionTypeError, SlipfitError
 _P = ParamSpec("_P")
 _R = TypeVar("_R")
 
-#: What an argument may be called, in words.
+#: Names of types in error messages.
 _WORDS: dict[Any, str] = {
     str: "a text", float: "a number", int: "a whole number", bool: "True or False", dict: "a dictionary",
     bytes: "bytes", os.PathLike: "a path", collections.abc.Callable: "a function",
 }  # fmt: skip
 
-#: Names of the libraries, and the arguments that may stand behind each.
+#: Names used by the libraries, and the arguments that may correspond to each.
 _BEHIND: dict[str, tuple[str, ...]] = {
     "calibration": ("stiffness", "mass", "torsion_stiffness", "inertia"),
     "position": ("amplitude",),
@@ -51,7 +51,7 @@ _BEHIND: dict[str, tuple[str, ...]] = {
 }
 
 
-#: Names of other libraries, and the arguments that they stand for.
+#: Names used by other libraries, and the arguments that they stand for.
 _ALIASES = {
     **dict.fromkeys(("fs", "sr", "samplerate", "sample_rate", "sampling_rate", "sampling_frequency"), ("rate_hz", "")),
     "dt": ("rate_hz", "=1/dt"),
@@ -79,10 +79,10 @@ class _Named:
 
 
 class _Names(dict[str, Any]):
-    """Names of annotations: what a module does not import stands for itself."""
+    """Names in annotations; a name that a module does not import stands for itself."""
 
     def __init__(self, module: Mapping[str, Any]) -> None:
-        # Of arrays the conversion says what they cannot be.
+        # Arrays are checked when they are converted.
         super().__init__({"ArrayLike": object})
         self._module = module
 
@@ -97,19 +97,19 @@ def _alternatives(annotation: Any) -> tuple[Any, ...]:
         return tuple(kind for one in typing.get_args(annotation) for kind in _alternatives(one))
     if typing.get_origin(annotation) is typing.Literal:
         return tuple(dict.fromkeys(type(word) for word in typing.get_args(annotation)))
-    # A number is what can be made one.
+    # A number is anything that can be converted to one.
     return (float,) if annotation is typing.SupportsFloat else (annotation,)
 
 
 def _is_number(value: Any) -> bool:
-    # NumPy would make one of a text, and of a duration in whatever unit it counts.
+    # NumPy would convert a text, or a duration in whatever unit it counts.
     if getattr(value, "ndim", 0):
         return False
     return hasattr(type(value), "__float__") and getattr(getattr(value, "dtype", None), "kind", "f") in "biuf"
 
 
 def _is_pair(value: Any) -> bool:
-    # Of a text each character would be a number.
+    # Each character of a text would be a number.
     if isinstance(value, (str, bytes, set, Mapping)) or not isinstance(value, Iterable):
         return False
     held = getattr(value, "__len__", lambda: 0)() if getattr(value, "ndim", 1) else 0
@@ -117,7 +117,7 @@ def _is_pair(value: Any) -> bool:
 
 
 def _are(value: Any, kinds: tuple[Any, ...]) -> bool:
-    """Whether this can be gone through and, as far as can be seen, holds such things."""
+    """Whether this is iterable and, as far as can be checked, holds items of these types."""
     if isinstance(value, (bytes, bytearray, memoryview)) or not isinstance(value, Iterable):
         return False
     if getattr(value, "ndim", 1) != 1:
@@ -150,7 +150,7 @@ def _is_one(value: Any, kind: Any) -> bool:
 
 
 def _words(kinds: Iterable[Any]) -> str:
-    """What is needed, such as `a number or a text`."""
+    """Description of what is needed, such as `a number or a text`."""
     held = [kind for kind in kinds if kind is not type(None)]
     plain = [typing.get_origin(kind) or kind for kind in held]
     if tuple in plain and float in plain:
@@ -182,12 +182,12 @@ def _is_path(kind: Any) -> bool:
 
 
 def shown(value: Any) -> str:
-    """A value as it was written, cut where it is long; anything without a short form by its type."""
+    """A value as it was written, shortened if it is long; anything without a short form by its type."""
     if value is None or isinstance(value, (bool, int, float, complex, str, bytes, list, tuple, dict, set)):
         try:
             return " ".join(_SHORT.repr(value).split())
         except ValueError:
-            # More digits than Python writes.
+            # More digits than Python prints.
             pass
     return f"<{type(value).__name__}>"
 
@@ -198,7 +198,7 @@ _SHORT.maxlist = _SHORT.maxtuple = _SHORT.maxdict = 4
 
 
 def wrong_type(option: str, value: Any, needed: str) -> OptionTypeError:
-    """The exception for an argument of another type than is needed."""
+    """The exception for an argument of the wrong type."""
     if hasattr(value, "getvalue"):
         needed = f"{needed}: give its bytes, {option}.getvalue()"
     elif callable(getattr(value, "read", None)):
@@ -209,9 +209,9 @@ def wrong_type(option: str, value: Any, needed: str) -> OptionTypeError:
 
 
 def _check_letters(option: str, value: Any, encode: Callable[[str], bytes]) -> None:
-    """Refuses text with half of a character, which no library takes; a path may hold any byte."""
+    """Refuses text with an incomplete character, which no library accepts; a path may hold any byte."""
     if isinstance(value, (list, tuple)):
-        # Long ones are samples.
+        # Longer ones are samples.
         for one in value[:64]:
             _check_letters(option, one, encode)
     elif isinstance(value, str) and not value.isascii():
@@ -223,14 +223,14 @@ def _check_letters(option: str, value: Any, encode: Callable[[str], bytes]) -> N
 
 
 def _plain(kinds: tuple[Any, ...]) -> frozenset[type]:
-    """Types that are taken without a closer look."""
+    """Types that need no further check."""
     if object in kinds or Any in kinds:
         return frozenset((np.ndarray,))
     return frozenset(kind for kind in kinds if isinstance(kind, type) and kind is not str)
 
 
 class _Function:
-    """Parameters of a function, and what each may be."""
+    """Parameters of a function, and the types each may have."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
         self.name = function.__name__
@@ -250,18 +250,18 @@ class _Function:
             self.kinds[name] = (object,) if annotation is parameter.empty else _alternatives(annotation)
         self.order = tuple(self.kinds)
         self.takes_any = any(one.kind is one.VAR_KEYWORD for one in self.parameters.values())
-        # Types that need no closer look.
+        # Types that need no further check.
         self.plain = {name: _plain(kinds) for name, kinds in self.kinds.items()}
 
     def check(self, given: Iterable[tuple[str, Any]]) -> None:
-        """Refuses what is of another type than is declared."""
+        """Refuses arguments of another type than declared."""
         plain = self.plain
         for name, value in given:
             if name in plain and type(value) not in plain[name]:
                 self._look(name, value)
 
     def check_names(self, given: Iterable[str]) -> None:
-        """Refuses an argument that there is not, with the one that may be meant."""
+        """Refuses an unknown argument and suggests the one that may be meant."""
         if self.takes_any:
             return
         for name in given:
@@ -289,7 +289,7 @@ class _Function:
             _check_letters(name, value, os.fsencode if path else str.encode)
 
     def behind(self, option: str, given: Mapping[str, Any]) -> str | None:
-        """The argument that a name of the libraries stands for, one that was given before others."""
+        """The argument that a name of the libraries stands for; one that was given takes precedence."""
         if option in self.parameters or option in given:
             return option
         names = _BEHIND.get(option.removesuffix(" std_error"), (option.removesuffix(" std_error"),))
@@ -301,17 +301,17 @@ class _Function:
         return known[0] if known else None
 
     def retell(self, error: SlipfitError, given: Mapping[str, Any]) -> None:
-        """An error in the words of this call: its option and its hints name arguments, its value is the one given."""
+        """Rewrites an error for this call: its option and hints name arguments, its value is the one given."""
         details, message = dict(error.details), error.message
         option = details.get("option")
         if option is None and "column" in details:
             option = next((name for name, value in given.items() if _names(value, details["column"])), None)
         if option is not None:
-            # What one of several measurements was given is an argument of none but that one.
+            # An option of one of several measurements is an argument of that measurement only.
             own = self.behind(option, given) or ("measurements" if "measurements" in self.parameters else None)
             if own not in (None, option):
                 if option.startswith("omega"):
-                    # Its value is not the one that was given.
+                    # The value in the message is not the one that was given.
                     message = f"{own}={shown(given.get(own))}: {message}"
                 elif message.startswith((f"{option} =", f"{option} is ", f"{option} has ", f"{option}:")):
                     message = f"{own}{message[len(option) :]}"
@@ -328,7 +328,7 @@ class _Function:
         )
 
     def _hint(self, hint: Hint, given: Mapping[str, Any]) -> Hint | None:
-        """The hint as it helps in this call; None where it does not."""
+        """The hint as it applies to this call; None if it does not."""
         if hint.option is None or self.takes_any:
             return hint
         own = self.behind(hint.option, given) if hint.option not in _COLUMNS else hint.option
@@ -346,22 +346,22 @@ class _Function:
 
 _READINGS = (_core.Record, _core.Curve, _core.Levels)
 
-#: What reads the files of an analysis.
+#: Functions that read the files of each analysis.
 _READERS = {
     "ringdown": "read", "resonance": "read_curve", "fit_resonance": "read_curve", "levels": "read_levels",
 }  # fmt: skip
 
-#: Columns of files, which arguments of arrays share their names with.
+#: Columns of files whose names are also those of array arguments.
 _COLUMNS = frozenset(
     ("time", "signal", "quadrature", "frequency", "amplitude", "phase", "real", "imaginary", "std_error", "drive")
 )
 
-#: What a Record, a Curve and Levels have since they were read.
+#: Options that are fixed once a Record, a Curve or Levels has been read.
 _OF_READING = frozenset(("rate_hz", "unit", "kind"))
 
 
 def is_bytes(source: Any) -> bool:
-    """Whether these are the bytes of a file; a view of larger numbers is an array of them."""
+    """Whether these are the bytes of a file; a view of larger numbers is an array."""
     if isinstance(source, memoryview):
         return source.format in ("B", "b", "c")
     return isinstance(source, (bytes, bytearray))
@@ -379,12 +379,12 @@ def _names(value: Any, column: str) -> bool:
 
 
 def _before(hint: Hint) -> str:
-    """What a hint says before its advice: the option with its value."""
+    """The part of a hint before its advice: the option with its value."""
     return hint.text.removesuffix(hint.advice).rstrip()
 
 
 def together(hints: Iterable[Hint]) -> str:
-    """Several hints as one sentence: those of one advice are alternatives."""
+    """Several hints as one sentence; hints with the same advice are alternatives."""
     sentences = []
     for advice, group in itertools.groupby(hints, lambda hint: hint.advice):
         options = " or ".join(filter(None, map(_before, group)))
@@ -393,13 +393,13 @@ def together(hints: Iterable[Hint]) -> str:
 
 
 def check(function: Callable[..., Any], given: Mapping[str, Any]) -> None:
-    """Refuses what a call of a public function would refuse for its name or type."""
+    """Refuses arguments that a public function would refuse for their name or type."""
     inspect.signature(function).bind_partial(**given)
     _Function(inspect.unwrap(function)).check(given.items())
 
 
 def public(function: Callable[_P, _R]) -> Callable[_P, _R]:
-    """Checks the types of arguments by their annotations and tells errors in the words of the call."""
+    """Checks the types of arguments by their annotations, and words errors in terms of the call."""
     found: list[_Function] = []
 
     def described() -> _Function:

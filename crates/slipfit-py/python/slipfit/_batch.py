@@ -1,4 +1,4 @@
-"""Tables of traces, one row each."""
+"""Tables of traces, one trace per row."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ _DT = "a number of seconds, a duration or the name of a column is needed"
 
 
 class ArrowTable:
-    """A table of answers, one row a trace.
+    """A table of answers, one row per trace.
 
-    Anything that reads Arrow's C interface takes it as it is:
+    Anything that reads Arrow's C interface accepts it:
     ``pyarrow.table(answers)``, ``polars.DataFrame(answers)``, ``pandas.DataFrame.from_arrow(answers)``.
     A column is ``answers["decay_rate_per_s"]``, ``dict(answers)`` has all of them. :attr:`units` has the unit of
-    each, which Arrow's schema holds as the column's metadata: ``table.field(name).metadata[b"unit"]`` in pyarrow,
-    also of a Parquet file that it writes. In a notebook a table shows its first and last rows.
+    each, which Arrow's schema holds in the column's metadata: ``table.field(name).metadata[b"unit"]`` in pyarrow,
+    also in a Parquet file that it writes. A notebook shows the first and last rows of a table.
 
     Examples
     --------
@@ -61,13 +61,13 @@ class ArrowTable:
         return self
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
-        # Nothing in a table of answers changes; its columns are handed out as copies.
+        # A table of answers is immutable; its columns are returned as copies.
         return self
 
     def __eq__(self, other: object) -> bool:
         return self._held == other._held if isinstance(other, ArrowTable) else NotImplemented
 
-    # A table is compared by its rows, as NumPy's arrays and those of pyarrow are.
+    # A table is compared by its rows, like arrays of NumPy and pyarrow.
     __hash__ = None  # type: ignore[assignment]
 
     def __len__(self) -> int:
@@ -80,7 +80,7 @@ class ArrowTable:
 
     @property
     def columns(self) -> list[str]:
-        """Names of the columns, in order, as a data frame has them."""
+        """Names of the columns, in order, as in a data frame."""
         return self.column_names
 
     @property
@@ -101,30 +101,30 @@ class ArrowTable:
         return iter(self.column_names)
 
     def keys(self) -> list[str]:
-        """Names of the columns, as a dictionary has them: ``dict(answers)`` holds an array for each."""
+        """Names of the columns, as in a dictionary: ``dict(answers)`` holds an array for each."""
         return self.column_names
 
     def values(self) -> list[NDArray[Any]]:
-        """Columns as arrays, as a dictionary has them; one that is no array raises as ``answers[name]`` does."""
+        """Columns as arrays, as in a dictionary; one that cannot be an array raises as ``answers[name]`` does."""
         return [self[name] for name in self]
 
     def items(self) -> list[tuple[str, NDArray[Any]]]:
-        """Names and columns, as a dictionary has them."""
+        """Names and columns, as in a dictionary."""
         return [(name, self[name]) for name in self]
 
     def get(self, name: str, default: Any = None) -> Any:
-        """A column as an array, or the default where there is none of this name."""
+        """A column as an array, or the default if there is none of this name."""
         return self[name] if name in self else default
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> NoReturn:
-        # NumPy, and pandas by it, would make an array of the names.
+        # NumPy, and pandas through it, would make an array of the names.
         raise wrong_type("table", self, "a column is an array, answers[name]; to_pandas() has rows")
 
     def __getitem__(self, name: str) -> NDArray[Any]:
-        """A column as an array; a number that does not exist is NaN, a flag False.
+        """A column as an array; a missing number is NaN, a missing flag False.
 
-        Kept columns have their own type, whole numbers with gaps that of doubles; those that are neither
-        numbers, flags nor texts are left to :meth:`to_pyarrow`.
+        Kept columns keep their type, except that integers with gaps become doubles; columns that are neither
+        numbers, flags nor texts are available from :meth:`to_pyarrow`.
         """
         if not isinstance(name, str):
             known = ", ".join(self.column_names)
@@ -150,7 +150,7 @@ class ArrowTable:
         return pl.DataFrame(self)
 
     def to_pandas(self) -> pd.DataFrame:
-        """The table as a pandas DataFrame (by pyarrow), its units in ``attrs["units"]``."""
+        """The table as a pandas DataFrame (through pyarrow), with its units in ``attrs["units"]``."""
         frame: pd.DataFrame = self.to_pyarrow().to_pandas()
         frame.attrs["units"] = self.units
         return frame
@@ -180,14 +180,14 @@ class ArrowTable:
         try:
             values = self[name]
         except OptionError:
-            # Dates and lists, which only their own packages know.
+            # Dates and lists, which only their own packages can show.
             return ["…"] * len(self)
         numbers = values.dtype.kind == "f"
         texts = (f"{value:.6g}" if numbers else "" if value is None else str(value) for value in values.tolist())
         return [text if len(text) <= _LONGEST else text[:_LONGEST] + "…" for text in texts]
 
 
-#: Rows of a table that a notebook shows at either end, and letters of a text.
+#: Number of rows that a notebook shows at either end of a table, and of letters of a text.
 _SHOWN, _LONGEST = 5, 60
 
 
@@ -196,9 +196,9 @@ def _of_bytes(held: bytes) -> ArrowTable:
 
 
 class ArrowStream:
-    """Answers to the batches of a stream, each computed when it is asked for.
+    """Answers to the batches of a stream, each computed when it is requested.
 
-    Read it once: as a stream of Arrow's C interface
+    It can be read once: as a stream of Arrow's C interface
     (``pyarrow.RecordBatchReader.from_stream(answers)``), or batch by batch in a loop.
     """
 
@@ -226,7 +226,7 @@ class ArrowStream:
         try:
             return ArrowTable(self._held.next_batch())
         except SlipfitError as error:
-            # As an error of the call that named it.
+            # Reported as an error of the call that named it.
             if error.details.get("option") == "table":
                 error.details["value"] = self._table
             raise
@@ -240,7 +240,7 @@ def _per_row(name: str, value: PerRow | None) -> float | str | None:
 
 
 def _labelled(table: Any, options: dict[str, Any]) -> Any:
-    """The rows of an array of xarray, their time behind, and what it names of options that are not given."""
+    """The rows of an xarray array with time as the last axis, and the options not given that the array states."""
     rows = isinstance(table, (list, tuple))
     own = _rows_unit(table) if rows else _input.own_unit(table)
     options["unit"] = _input.named(table, own, _input.unit_told("table", own, options["unit"] or None))[0] or ""
@@ -258,7 +258,7 @@ def _labelled(table: Any, options: dict[str, Any]) -> Any:
 
 
 def _rows_unit(rows: Any) -> str | None:
-    """The unit of traces in a list, that of the first one: each names its own, or none does."""
+    """The unit of traces in a list, that of the first one; either all state a unit or none does."""
     units = [_input.own_unit(row) for row in rows if row is not None]
     own = next(filter(None, units), None)
     if own is not None and None in units:
@@ -267,7 +267,7 @@ def _rows_unit(rows: Any) -> str | None:
 
 
 def _table(table: Any, column: str) -> Any:
-    """Arrays with a trace in each row, and columns by name, as a table; anything else as it is."""
+    """Arrays with one trace per row, or columns by name, as a table; anything else unchanged."""
     if _input.is_of_xarray(table) and hasattr(table, "ndim"):
         table = table.to_numpy()
     if isinstance(table, np.ndarray):
@@ -309,7 +309,7 @@ def _is_trace(row: Any) -> bool:
 
 
 def _cell(one: Any) -> Any:
-    """A trace as pyarrow takes it, anything else as it is."""
+    """A trace as pyarrow accepts it; anything else unchanged."""
     if isinstance(one, (list, tuple)) or not np.ndim(one):
         return one
     array = np.asarray(_input.unmasked(_input.numbers(one)))
@@ -317,7 +317,7 @@ def _cell(one: Any) -> Any:
 
 
 def _column(values: Any) -> Any:
-    """A column of a table: numbers, or a trace in each row."""
+    """A column of a table: numbers, or one trace per row."""
     import pyarrow as pa
 
     if isinstance(values, (list, tuple)):
@@ -356,7 +356,7 @@ def _choices(
     **analysis: Any,
 ) -> dict[str, Any]:
     _check_columns(amplitude, x, y, signal, kind, method, frequency_hz, dt, time, analysis)
-    # One with a unit is converted when that of the traces is known.
+    # A value with a unit is converted once the unit of the traces is known.
     least = min_amplitude if _input.unit_of_one(min_amplitude) is None else None
     return {
         "amplitude": amplitude, "x": x, "y": y, "signal": signal, "kind": kind,
@@ -369,7 +369,7 @@ def _choices(
 
 
 def _taken(table: Any, choices: dict[str, Any], min_amplitude: Any) -> _core.Source:
-    """The table, and in the choices what its columns say of their units."""
+    """The table; the units that its columns state are added to the choices."""
     source = _core.Source(table, choices)
     stated, timed = source.units, source.timed
     role = next(name for name in ("amplitude", "x", "signal") if choices[name] is not None)
@@ -484,23 +484,23 @@ def fit_batch(
 ) -> ArrowTable:
     """Separates viscous from sliding loss in every trace of a table.
 
-    A row that cannot be fitted is a row with its reason: order and count are
-    those of the table. All cores are used, and nothing is copied of columns
-    of doubles.
+    A row that cannot be fitted is returned with its reason: order and count are
+    those of the table. All cores are used, and columns of doubles are not
+    copied.
 
     Parameters
     ----------
     table : object with Arrow's C interface, array, list or dictionary
         A pyarrow Table or RecordBatch, a polars or pandas DataFrame, a DuckDB
-        or Daft relation, with one trace a row: lists, large lists or
+        or Daft relation, with one trace per row: lists, large lists or
         fixed-size lists of any real numbers. Null and NaN are left out and
-        counted. An array of NumPy or xarray of shape (rows, samples) is taken as
-        the column that `amplitude` or `signal` names (by pyarrow, without a copy);
-        of xarray a dimension called ``time`` or ``t``, or the one with a coordinate of
-        times, may come first, and the unit is taken over. So is a list of traces, which may
-        differ in length; a dictionary has columns by name, traces as a list or as
-        an array of shape (rows, samples). A column has the unit that its metadata state,
-        as those of tables of answers do, or that of its name: ``x (nm)``, ``dt (ms)``.
+        counted. A NumPy or xarray array of shape (rows, samples) is taken as
+        the column that `amplitude` or `signal` names (through pyarrow, without a copy);
+        in xarray a dimension called ``time`` or ``t``, or the one with a coordinate of
+        times, may come first, and the unit is taken over. A list of traces, which may
+        differ in length, is taken likewise; a dictionary has columns by name, traces as a list or
+        an array of shape (rows, samples). The unit of a column is stated by its metadata,
+        as in tables of answers, or by its name: ``x (nm)``, ``dt (ms)``.
     amplitude : str
         Column of amplitudes; or
     x, y : str
@@ -508,32 +508,32 @@ def fit_batch(
     signal : str
         column of the oscillation itself, for ``method="analyse"``.
     kind : str, optional
-        What `signal` is: ``displacement``, ``velocity``, ``acceleration``; as the unit
-        says if not given.
+        What `signal` is: ``displacement``, ``velocity``, ``acceleration``; determined by
+        the unit if not given.
     dt : float, quantity, duration or str
-        Interval of the samples [s], or the column of it, numbers or durations. Of an
-        array of xarray with a coordinate of even times it is theirs, beside which no
-        other is taken.
+        Sampling interval [s], or the column of it, numbers or durations. For an
+        xarray array with a coordinate of uniform times, the interval is that of the
+        coordinate and no other is accepted.
     time : str
-        Column of lists of times [s], in place of `dt`; or of dates, which each row counts from its
-        first, or of durations.
+        Column of lists of times [s], instead of `dt`; or of dates, which each row counts from its
+        first one, or of durations.
     frequency_hz : float, quantity or str, optional
-        Frequency of the oscillation [Hz], which amplitudes do not show: with
-        it sliding friction is given as a friction displacement.
+        Frequency of the oscillation [Hz], which amplitudes do not contain: with
+        it, sliding friction is given as a friction displacement.
     min_amplitude : float, quantity or str, optional
-        A trace is used up to its first amplitude below this one; what lies
-        behind the stop of the motion belongs to no decay.
+        A trace is used up to its first amplitude below this one; samples
+        after the motion has stopped belong to no decay.
     method : str
         ``fit``: amplitudes ``A_0 exp(-delta t) - a0 (1 - exp(-delta t))/delta``,
-        one loss model, nothing compared, errors of white noise. ``analyse``:
+        one loss model, no comparison, errors for white noise. ``analyse``:
         the whole analysis of :func:`ringdown`.
     unit : str
-        Unit of the traces, to which a `min_amplitude` with a unit of its own is
-        converted, and by which the columns of the answer have theirs
-        (:attr:`ArrowTable.units`). Levels in dB, dBm and the like are taken as the amplitudes
-        they stand for, 20 dB a decade.
+        Unit of the traces, to which a `min_amplitude` with its own unit is
+        converted, and which determines the units of the columns of the answer
+        (:attr:`ArrowTable.units`). Levels in dB, dBm and the like are converted to
+        amplitudes, 20 dB per decade.
     keep : sequence of str
-        Columns of the table that stand before those of the answer.
+        Columns of the table to be placed before those of the answer.
     model, band_hz, start_s, end_s, lockin_time_constant_s, lockin_order : optional
         Options of ``method="analyse"``, see :func:`ringdown`.
 
@@ -546,14 +546,14 @@ def fit_batch(
         ``_std_error``, ``_low`` and ``_high`` (95 %) before the unit
         (``decay_rate_low_per_s``, ``sliding_rate_low``), ``correlation`` of
         the two losses, ``residual_rms``, ``sliding_detected``,
-        ``sliding_p_value``, ``samples`` used and ``samples_left_out``; of
+        ``sliding_p_value``, ``samples`` used and ``samples_left_out``; for
         ``analyse`` also ``model``, ``frequency_hz`` (``frequency_low_hz``),
         ``start_s``, ``end_s``.
 
     Raises
     ------
     OptionError
-        For a column that is missing or of another type, an option out of range.
+        For a column that is missing or of the wrong type, or an option out of range.
 
     Examples
     --------
@@ -579,7 +579,7 @@ def fit_batch(
 
 
 def answer_schema(**options: Any) -> ArrowTable:
-    """The answer to no traces with these options, which must be such as :func:`fit_batch` takes."""
+    """The answer to zero traces with these options, which must be valid for :func:`fit_batch`."""
     return fit_batch(np.empty((0, 1)), **options)
 
 
@@ -606,15 +606,15 @@ def fit_stream(
     lockin_time_constant_s: Scalar | None = None,
     lockin_order: int | None = None,
 ) -> ArrowStream:
-    """Does what :func:`fit_batch` does with the batches of a stream, as they come.
+    """Applies :func:`fit_batch` to the batches of a stream as they arrive.
 
-    No more than one batch and its answers are held. What is wrong with the table as a whole, such as a
-    column that is missing, is said at once; an error of its source where it comes.
+    No more than one batch and its answers are held. An error of the table as a whole, such as a missing
+    column, is raised at once; an error of its source when it occurs.
 
     Parameters
     ----------
     table : object with Arrow's C interface
-        Such as a pyarrow RecordBatchReader; it is read once.
+        For example a pyarrow RecordBatchReader; it is read once.
     amplitude, x, y, signal, kind, dt, time, frequency_hz, min_amplitude, method, unit, keep : optional
         As for :func:`fit_batch`.
     model, band_hz, start_s, end_s, lockin_time_constant_s, lockin_order : optional
@@ -623,12 +623,12 @@ def fit_stream(
     Returns
     -------
     ArrowStream
-        The answers, to be read once.
+        The answers, which can be read once.
 
     Raises
     ------
     OptionError
-        For a column that is missing or of another type, an option out of range.
+        For a column that is missing or of the wrong type, or an option out of range.
 
     Examples
     --------

@@ -75,7 +75,7 @@ class Record:
 
 @final
 class Curve:
-    """A response over frequency."""
+    """A response against frequency."""
 
     @property
     def frequency_hz(self) -> _Vector: ...
@@ -100,7 +100,7 @@ class Curve:
 
 @final
 class Levels:
-    """Amplitudes over drive levels."""
+    """Amplitudes against drive levels."""
 
     @property
     def drive(self) -> _Vector: ...
@@ -125,7 +125,7 @@ class Levels:
 
 @final
 class Stack:
-    """An array of three axes in a file, of which parts are read."""
+    """An array of three axes in a file, read in parts."""
 
     def __new__(cls, path: str, data: str | None) -> Stack: ...
     @property
@@ -174,7 +174,7 @@ _Choices = dict[str, Any]
 
 @final
 class Source:
-    """A table whose batches are read once."""
+    """A table whose batches can be read once."""
 
     def __new__(cls, table: Any, choices: _Choices) -> Source: ...
     @property

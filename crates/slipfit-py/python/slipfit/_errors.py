@@ -10,14 +10,14 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Hint:
-    """What helps against a warning or an error.
+    """A hint on what helps against a warning or an error.
 
     Attributes
     ----------
     option : str or None
-        The keyword argument that helps; None where none does.
+        The keyword argument that helps; None if none does.
     value : float, tuple of float, str or None
-        A value to give it, where one is known.
+        A value to give it, if one is known.
     advice : str
         What it does.
     text : str
@@ -41,12 +41,12 @@ class SlipfitError(Exception):
     message : str
         What is wrong, without hints.
     code : str
-        Which kind of error, in a word a program can compare: ``not_a_ring_down``.
+        Kind of the error, as a word that a program can compare: ``not_a_ring_down``.
     hints : tuple of Hint
         What helps; may be empty.
     details : dict
-        The values that show why, such as ``option`` and ``value``; each is an
-        attribute of the exception as well.
+        The values that explain the error, such as ``option`` and ``value``; each is also an
+        attribute of the exception.
     """
 
     def __init__(
@@ -59,7 +59,7 @@ class SlipfitError(Exception):
     ) -> None:
         hints = tuple(hints)
         details = dict(details or {})
-        # These are what pickle gives back to the constructor.
+        # Pickle passes these to the constructor.
         super().__init__(message, code, hints, advice, details)
         self.message = message
         self.code = code
@@ -78,11 +78,11 @@ class SlipfitError(Exception):
 
 
 class OptionError(SlipfitError, ValueError):
-    """A value or an array that cannot be meant; ``option`` names the argument, ``value`` is what was given."""
+    """An invalid value or array; ``option`` names the argument, ``value`` is what was given."""
 
 
 class OptionTypeError(OptionError, TypeError):
-    """An argument of another type than it can have; ``option`` names it, ``value`` is what was given."""
+    """An argument of the wrong type; ``option`` names it, ``value`` is what was given."""
 
 
 class ReadError(SlipfitError, ValueError):

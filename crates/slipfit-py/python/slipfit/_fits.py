@@ -1,4 +1,4 @@
-"""The bare fits: one model, no search for the decay, no comparison, no intervals."""
+"""Fits of one model: no search for the decay, no comparison, no intervals."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class EnvelopeFit:
 
     best: Envelope
     std_error: Envelope
-    #: Left out where two fits are compared.
+    #: Ignored when two fits are compared.
     correlation: NDArray[np.float64] = field(compare=False)
     residual_rms: float
     converged: bool
@@ -120,7 +120,7 @@ def fit_envelope(
     amplitude : array_like, shape (n,)
         Amplitudes in any unit, finite, n >= 4.
     initial_amplitude, offset_amplitude, decay_rate_per_s : float or quantity
-        Where the search begins: A_0, C, delta.
+        Start values: A_0, C, delta.
 
     Returns
     -------
@@ -130,9 +130,9 @@ def fit_envelope(
     Raises
     ------
     OptionError
-        For arrays of different length, too few samples, values that are not finite.
+        For arrays of different length, too few samples, or values that are not finite.
     NoAnswerError
-        Where the data do not determine three parameters.
+        If the data do not determine three parameters.
 
     Notes
     -----
@@ -179,21 +179,21 @@ def fit_waveform(
     signal : array_like, shape (n,)
         Displacement in any unit, finite, n >= 7.
     initial_amplitude, frequency_hz, friction_displacement, decay_rate_per_s, phase_rad, offset : float or quantity
-        Where the search begins. The frequency must be right to about half a
+        Start values. The frequency must be correct to about half a
         cycle over the record, the phase to about a radian.
 
     Returns
     -------
     DecayFit
-        Standard errors are those of white noise. In a record that goes on past the stop of the motion
-        the lowest minimum over all turning points at which it may have stopped.
+        Standard errors are those of white noise. If the record continues after the motion has stopped,
+        the result is the lowest minimum over all turning points at which it may have stopped.
 
     Raises
     ------
     OptionError
-        For arrays of different length, too few samples, values that are not finite.
+        For arrays of different length, too few samples, or values that are not finite.
     NoAnswerError
-        Where the data do not determine six parameters.
+        If the data do not determine six parameters.
 
     Examples
     --------
@@ -239,7 +239,7 @@ def fit_resonance(
     phase_rad, std_error : array_like, shape (n,), optional
         Phases [rad] and standard errors of real amplitudes.
     drive_amplitude : float or quantity, optional
-        Fixes x_0; without it, it is fitted.
+        Fixes x_0; if not given, x_0 is fitted.
 
     Returns
     -------
@@ -249,9 +249,9 @@ def fit_resonance(
     Raises
     ------
     NoAnswerError
-        Where there is no resonance.
+        If there is no resonance.
     OptionError
-        Where an argument cannot be meant.
+        If an argument is invalid.
 
     Examples
     --------

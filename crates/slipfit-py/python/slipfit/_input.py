@@ -1,4 +1,4 @@
-"""Arrays of all kinds as vectors of double precision."""
+"""Converts arrays of all kinds to vectors of double precision."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ Vector: TypeAlias = NDArray[np.float64]
 
 
 def refuse(option: str, message: str) -> OptionError:
-    """The exception for an argument that cannot be meant."""
+    """The exception for an invalid argument."""
     return OptionError(message, "option", details={"option": option})
 
 
 def unmasked(values: Any) -> Any:
-    """A masked array with NaN in place of what is masked, anything else as it is."""
+    """A masked array with NaN in place of masked values; anything else unchanged."""
     if not isinstance(values, np.ma.MaskedArray):
         return values
     if values.dtype.kind in "mM":
@@ -39,28 +39,28 @@ def unmasked(values: Any) -> Any:
 
 
 def _measured(values: Any) -> tuple[Any, str] | None:
-    """Numbers and unit of what has both, as those of pint, astropy and unyt; None of any other."""
-    # A single value of pint has no shape.
+    """Numbers and unit of an object with both, such as those of pint, astropy and unyt; None otherwise."""
+    # A scalar of pint has no shape.
     if type(values) is np.ndarray or not (hasattr(values, "shape") or hasattr(values, "magnitude")):
         return None
     for number, unit in (("magnitude", "units"), ("value", "unit"), ("value", "units")):
         if hasattr(values, number) and hasattr(values, unit):
             held, named = getattr(values, number), getattr(values, unit)
             if hasattr(named, "shape"):
-                # Columns of those names, of a frame or of records.
+                # These are columns of a frame or of records.
                 return None
             return held, _units.spelled(named)
     return None
 
 
 def numbers(values: Any) -> Any:
-    """The numbers of an array that has a unit, anything else as it is."""
+    """The numbers of an array with a unit; anything else unchanged."""
     measured = _measured(values)
     return values if measured is None else measured[0]
 
 
 def held(name: str, values: Any) -> NDArray[Any]:
-    """Whatever can be an array, as one."""
+    """The value as an array, if it can be converted to one."""
     if type(values) is np.ndarray:
         return values
     try:
@@ -73,9 +73,9 @@ def held(name: str, values: Any) -> NDArray[Any]:
 
 
 def vector(name: str, values: ArrayLike) -> Vector:
-    """One-dimensional array of double precision; what is masked or missing is NaN.
+    """One-dimensional array of double precision; masked and missing values are NaN.
 
-    Nothing is copied where the values are such an array already, whatever its stride.
+    Nothing is copied if the values are such an array already, whatever its stride.
     """
     array = held(name, values)
     if array.ndim != 1:
@@ -91,7 +91,7 @@ def vector(name: str, values: ArrayLike) -> Vector:
 
 
 def _doubles(array: NDArray[Any]) -> Vector:
-    # What is beyond all doubles is infinite: left out and counted, as any infinite sample.
+    # Values beyond the range of doubles become infinite: left out and counted, like any infinite sample.
     with np.errstate(over="ignore"):
         try:
             return np.asarray(array, dtype=np.float64)
@@ -102,14 +102,14 @@ def _doubles(array: NDArray[Any]) -> Vector:
 
 
 def is_of_xarray(values: Any) -> bool:
-    """Whether this is an array or a data set of xarray."""
+    """Whether this is an xarray array or data set."""
     return _package(values) == "xarray"
 
 
 def own_unit(values: Any) -> str | None:
-    """The unit that an array of xarray or a data set of a file names, or that belongs to the array."""
+    """The unit stated by an xarray array or a data set of a file, or attached to the array."""
     if _package(values) in ("h5py", "zarr"):
-        # By the keys of the reader of such files.
+        # Under the keys that the reader of such files uses.
         stated = [values.attrs[key] for key in ("units", "unit") if key in values.attrs]
         unit = np.asarray(stated[0]).reshape(-1)[:1].tolist() if stated else []
         return (unit[0].decode(errors="replace") if isinstance(unit[0], bytes) else str(unit[0])) or None if unit else None
@@ -121,24 +121,24 @@ def own_unit(values: Any) -> str | None:
 
 
 def _package(values: Any) -> str:
-    """The package that the type of an object comes from."""
+    """The package of the type of an object."""
     return type(values).__module__.split(".")[0]
 
 
 def _named_unit(values: Any) -> str | None:
-    """The unit in the name of a column of pandas, polars or xarray, as a file's header would tell it."""
+    """The unit in the name of a column of pandas, polars or xarray, parsed like the header of a file."""
     name = getattr(values, "name", None)
     labelled = _package(values) in ("pandas", "polars", "xarray")
     return _core.unit_of_name(name) if labelled and isinstance(name, str) else None
 
 
 def unit_known(values: Any) -> str | None:
-    """The unit that an array has, or else that of its name."""
+    """The unit of an array, or else the unit in its name."""
     return own_unit(values) or _named_unit(values)
 
 
 def unit_told(name: str, own: str | None, unit: str | None, option: str = "unit") -> str | None:
-    """The unit of samples: as it is told, or that of an array which has its own. Both must agree."""
+    """The unit of samples: the given one, or that of the array if it has one. Both must agree."""
     if unit is None or not own or own == unit:
         return own if unit is None else unit
     factor = _core.unit_factor(own, unit)
@@ -151,13 +151,13 @@ def unit_told(name: str, own: str | None, unit: str | None, option: str = "unit"
 
 
 def alike(name: str, values: ArrayLike, unit: str | None) -> Vector:
-    """Numbers that stand beside others in this unit, in the same unit if they name one."""
+    """Numbers that accompany others in this unit, converted to it if they state a unit."""
     scale = factor_alike(name, unit_known(values), unit)
     return vector(name, values) if scale == 1 else vector(name, values) * scale
 
 
 def factor_alike(name: str, own: str | None, unit: str | None) -> float:
-    """What turns numbers that stand beside others in this unit into the same unit; 1 where either names none."""
+    """Factor that converts numbers to the unit of those they accompany; 1 if either states no unit."""
     if not own or not unit or own == unit:
         return 1.0
     found = _core.unit_factor(own, unit)
@@ -167,12 +167,12 @@ def factor_alike(name: str, own: str | None, unit: str | None) -> float:
 
 
 def radians(name: str, values: ArrayLike) -> Vector:
-    """Angles in rad; those that name their unit are taken in it."""
+    """Angles in rad; those that state a unit are converted from it."""
     return _in_unit(name, vector(name, values), values, "rad", "rad, mrad, deg and turns")
 
 
 def _in_unit(name: str, numbers: Vector, given: Any, wanted: str, words: str) -> Vector:
-    """Numbers of what was given, in the unit wanted where that or its name has another of the same quantity."""
+    """The given numbers, converted to the wanted unit if they or their name state another of the same quantity."""
     unit = unit_known(given)
     if not unit:
         return numbers
@@ -181,7 +181,7 @@ def _in_unit(name: str, numbers: Vector, given: Any, wanted: str, words: str) ->
 
 
 def factor_to(name: str, unit: str, wanted: str, words: str, named: str | None, without: str) -> float:
-    """What turns numbers in a unit, theirs or that of a name, into those in the unit wanted."""
+    """Factor from a unit, stated by the numbers or by their name, to the wanted unit."""
     factor = _core.unit_factor(unit, wanted)
     if factor is None:
         by_name = "" if named is None else f" by its name {named!r}"
@@ -190,17 +190,17 @@ def factor_to(name: str, unit: str, wanted: str, words: str, named: str | None, 
     return factor
 
 
-#: Units that messages name, of frequencies and of times.
+#: Units of frequencies and of times, for messages.
 FREQUENCIES, TIMES = "mHz, Hz, kHz, MHz, GHz and rad/s", "s, ms, us, ns, min, h and days"
 
 
 def hertz(name: str, values: ArrayLike) -> Vector:
-    """Frequencies in Hz; those of xarray are taken in the unit that they name."""
+    """Frequencies in Hz; those of xarray are converted from the unit that they state."""
     return _in_unit(name, vector(name, values), values, "Hz", FREQUENCIES)
 
 
 def seconds(name: str, values: ArrayLike) -> Vector:
-    """Times in seconds; dates are counted from the first, numbers taken in the unit that they or their name have."""
+    """Times in seconds; dates count from the first one, numbers are converted from their stated unit."""
     given = values
     if getattr(getattr(values, "dtype", None), "tz", None) is not None:
         # A column, an index or an array of pandas whose dates have a time zone.
@@ -211,7 +211,7 @@ def seconds(name: str, values: ArrayLike) -> Vector:
         array = _moments(name, array)
     if array.dtype.kind == "M":
         if np.datetime_data(array.dtype)[0] in ("Y", "M"):
-            # Months differ in length, their first days do not.
+            # Months differ in length, so their first days are used.
             array = array.astype("datetime64[D]")
         known = array[~np.isnat(array)]
         array = array - (known[0] if known.size else np.datetime64(0, "s"))
@@ -228,7 +228,7 @@ def seconds(name: str, values: ArrayLike) -> Vector:
 
 
 def interval(name: str, value: Any) -> float | None:
-    """A number of seconds, a duration as one, or nothing."""
+    """A number of seconds, a duration converted to one, or nothing."""
     if isinstance(value, datetime.timedelta):
         return value.total_seconds()
     if isinstance(value, np.timedelta64):
@@ -237,7 +237,7 @@ def interval(name: str, value: Any) -> float | None:
 
 
 def time_dimension(array: Any) -> Any:
-    """The dimension of time of an array of xarray: that of its name, or the only one whose coordinate says so."""
+    """The time dimension of an xarray array: the one of this name, or the only one with a time coordinate."""
     for wanted in _TIME_NAMES:
         found = [name for name in array.dims if _is_named(name, wanted)]
         if found:
@@ -247,7 +247,7 @@ def time_dimension(array: Any) -> Any:
 
 
 def time_coordinate(array: Any, dimension: Any) -> Any:
-    """The coordinate of time along a dimension of xarray: by its name, its dates or durations, or its unit; None where none is."""
+    """The time coordinate along an xarray dimension, by name, dates or durations, or unit; None if there is none."""
     along = [name for name, one in array.coords.items() if one.dims == (dimension,)]
     along.sort(key=lambda name: name != dimension)
 
@@ -271,15 +271,15 @@ def _is_named(name: Any, wanted: str) -> bool:
 #: Names of times.
 _TIME_NAMES = ("time", "t")
 
-#: What stands between a name and its unit.
+#: Separator between a name and its unit.
 _NAME = re.compile(r"\s*[(\[{/]")
 
 
 def even_step(name: object, coordinate: Any, otherwise: str) -> float:
-    """Interval of even times [s]."""
+    """Interval of uniform times [s]."""
     times = seconds("time", coordinate)
     steps = np.diff(times)
-    # Times of single precision are even to their last digit only.
+    # Times of single precision are uniform only to their last digit.
     digit = np.finfo(coordinate.dtype).eps if coordinate.dtype.kind == "f" else 0.0
     step = float(times[-1] - times[0]) / max(1, steps.size) if times.size else 0.0
     if steps.size and step <= 0:
@@ -290,19 +290,19 @@ def even_step(name: object, coordinate: Any, otherwise: str) -> float:
 
 
 def step_of(coordinate: Any, name: object, dt: Any, otherwise: str) -> float:
-    """Interval of even times [s], beside which no other one is taken."""
+    """Interval of uniform times [s]; no other interval is accepted."""
     if dt is None:
         return even_step(name, coordinate, otherwise)
     step = interval("dt", dt)
     assert step is not None
     if step > 0:
-        # Any other is refused with the options.
+        # Any other value is refused when the options are checked.
         check_step("dt", step, name, coordinate)
     return step
 
 
 def check_step(option: str, step: float, name: object, coordinate: Any) -> None:
-    """Refuses an interval [s] beside a coordinate of other times."""
+    """Refuses an interval [s] that contradicts a coordinate of times."""
     times = seconds("time", coordinate)
     away = np.abs(times - times[:1] - step * np.arange(times.size))
     digit = np.finfo(coordinate.dtype).eps if coordinate.dtype.kind == "f" else 0.0
@@ -314,7 +314,7 @@ def check_step(option: str, step: float, name: object, coordinate: Any) -> None:
 
 
 def check_order(name: str, times: Vector) -> None:
-    """Refuses times that go back, of which a file's reader would make one run of several or sort them."""
+    """Refuses decreasing times, which the reader of a file would split into runs or sort."""
     known = np.flatnonzero(np.isfinite(times))
     back = np.flatnonzero(np.diff(times[known]) < 0)
     if back.size:
@@ -327,13 +327,13 @@ def check_order(name: str, times: Vector) -> None:
         )  # fmt: skip
 
 
-#: Seconds in the larger units of NumPy's durations, and the smaller units in a second.
+#: Seconds per larger unit of NumPy's durations, and number of smaller units per second.
 _LONG = {"W": 604800, "D": 86400, "h": 3600, "m": 60, "s": 1}
 _SHORT = {"ms": 1e3, "us": 1e6, "ns": 1e9, "ps": 1e12, "fs": 1e15, "as": 1e18}
 
 
 def _durations(name: str, array: NDArray[Any]) -> Vector:
-    """Durations in seconds, from counts of their own unit, so that no digit is lost."""
+    """Durations in seconds, from integer counts of their unit, so that no digit is lost."""
     unit, step = np.datetime_data(array.dtype)
     if unit not in _LONG and unit not in _SHORT:
         words = "no unit" if unit == "generic" else "months or years, which differ in length"
@@ -345,7 +345,7 @@ def _durations(name: str, array: NDArray[Any]) -> Vector:
 
 
 def _moments(name: str, array: NDArray[np.object_]) -> NDArray[Any]:
-    """Dates or durations held as objects of their own; anything else as it is."""
+    """Dates or durations stored as Python objects, converted to an array; anything else unchanged."""
     known = [one for one in array if not _missing(one)]
     if known and all(isinstance(one, datetime.timedelta) for one in known):
         return np.array([np.timedelta64("NaT") if _missing(one) else one for one in array], "timedelta64[ns]")
@@ -357,7 +357,7 @@ def _moments(name: str, array: NDArray[np.object_]) -> NDArray[Any]:
 
 
 def _missing(one: Any) -> bool:
-    """Whether an object stands for no value: None, NaN and NaT, which differ from themselves, or the NA of pandas."""
+    """Whether an object is a missing value: None, NaN and NaT, which differ from themselves, or NA of pandas."""
     try:
         return one is None or bool(one != one)
     except TypeError:
@@ -365,32 +365,32 @@ def _missing(one: Any) -> bool:
 
 
 def _naive(moment: datetime.datetime) -> datetime.datetime:
-    """A date without its time zone, in that of Greenwich."""
+    """A date converted to UTC, without its time zone."""
     return moment if moment.tzinfo is None else moment.astimezone(datetime.timezone.utc).replace(tzinfo=None)
 
 
 def columns_of(table: Any) -> str:
-    """Names of the columns of a data frame, as a message holds them; empty for any other."""
+    """Names of the columns of a data frame, for a message; empty for anything else."""
     names = [shown(str(name)) for name in getattr(table, "columns", ())]
     return ", ".join(names[:_NAMED]) + (", …" if len(names) > _NAMED else "")
 
 
-#: Columns that a message names.
+#: Maximum number of columns named in a message.
 _NAMED = 8
 
 
 def _counts_rows(index: Any) -> bool:
-    """Whether an index of pandas is a count of rows, from which some may have been taken: it says nothing of time."""
+    """Whether a pandas index counts rows, some of which may have been removed: it contains no times."""
     return type(index).__name__ == "RangeIndex" or (index.dtype.kind in "iu" and index.name is None)
 
 
 def _counts(coordinate: Any) -> bool:
-    """Whether a coordinate of xarray counts samples, and says nothing of time."""
+    """Whether an xarray coordinate counts samples and contains no times."""
     return coordinate.dtype.kind in "iu" and not unit_known(coordinate)
 
 
 def check_same_rows(option: str, given: Any, beside: str, other: Any) -> None:
-    """Refuses a Series of pandas whose rows are others than those of the one it stands beside: they would be taken by place."""
+    """Refuses a pandas Series whose rows differ from those of its companion: they would be matched by position."""
     both = [one for one in (given, other) if _package(one) == "pandas" and hasattr(one, "index")]
     if len(both) == 2 and not both[0].index.equals(both[1].index):
         raise refuse(
@@ -399,7 +399,7 @@ def check_same_rows(option: str, given: Any, beside: str, other: Any) -> None:
 
 
 def check_every_row(given: Any, rate_hz: Scalar) -> None:
-    """Refuses a labelled array from which rows were taken, or with times of its own, where a rate counts rows."""
+    """Refuses a labelled array with removed rows or its own times if the rows are counted with a rate."""
     if is_of_xarray(given):
         (dimension,) = given.dims
         name = time_coordinate(given, dimension)
@@ -424,7 +424,7 @@ def check_every_row(given: Any, rate_hz: Scalar) -> None:
 
 
 def _index(axis: str, index: Any) -> Vector:
-    """An index of pandas as times or frequencies, in the unit of its name if it has one."""
+    """A pandas index as times or frequencies, converted from the unit in its name if it has one."""
     if getattr(index, "nlevels", 1) > 1:
         raise refuse(axis, f"the index has {index.nlevels} levels: give one of them, or another array, as {axis}")
     if axis != "time":
@@ -438,14 +438,14 @@ def _index(axis: str, index: Any) -> Vector:
 
 
 def _labelled(axis: str, option: str, given: Any) -> tuple[Vector | None, Any, str | None] | None:
-    """Times or frequencies, values and unit of a labelled array; None of any other."""
+    """Times or frequencies, values and unit of a labelled array; None for anything else."""
     if is_of_xarray(given):
         if not hasattr(given, "ndim"):
             raise wrong_type(option, given, f"one of the variables of the {type(given).__name__} is needed")
         if given.ndim != 1:
             raise refuse(option, f"{option} has the dimensions {given.dims} where one is needed")
         convert = seconds if axis == "time" else hertz
-        # A dimension without a coordinate is one of samples: xarray would hand out their numbers.
+        # A dimension without a coordinate counts samples: xarray would return their numbers.
         (dimension,) = given.dims
         timed = time_coordinate(given, dimension) if axis == "time" else None
         along = dimension if timed is None else timed
@@ -460,32 +460,32 @@ def _labelled(axis: str, option: str, given: Any) -> tuple[Vector | None, Any, s
 
 
 def named(given: Any, own: str | None, told: str | None) -> tuple[str | None, str | None]:
-    """Unit of samples as it is told or else as their name has it, and that of the numbers themselves."""
+    """Unit of samples, as given or else from their name, and the unit of the numbers themselves."""
     of_numbers = own or unit_of_samples(_named_unit(given)) or told
     return of_numbers if told is None else told, of_numbers
 
 
 def unit_of_samples(named: str | None) -> str | None:
-    """The unit in the name of samples, unless it is one of times or frequencies; angular velocities are samples."""
+    """The unit in the name of samples, unless it is a unit of time or frequency; angular velocities are samples."""
     other = named and any(_core.unit_factor(named, of) for of in ("s", "Hz"))
     return None if not named or other and samples_in(named)[1] != "velocity" else named
 
 
 @functools.lru_cache
 def samples_in(unit: str) -> tuple[str, str, bool]:
-    """What :func:`ringdown` makes of samples in a unit: their unit then, their kind, and whether they were levels in dB."""
+    """How :func:`ringdown` reads samples in a unit: resulting unit, kind, and whether they were levels in dB."""
     samples = np.array([0.0, 1.0, 0.5, 2.0, 0.5, 1.0, 0.0, 1.5])
     read = _core.record_of_arrays(np.arange(8.0), samples, None, None, unit or None, None)
     return read.unit, read.kind, not np.array_equal(read.signal, samples)
 
 
 def frequency_and_response(labelled: Any) -> tuple[Vector | None, Any, str | None]:
-    """Frequencies, response and unit of a labelled array; nothing of any other."""
+    """Frequencies, response and unit of a labelled array; None for anything else."""
     return _labelled("frequency", "frequency", labelled) or (None, None, None)
 
 
 def time_and_signal(time: Any, signal: Any) -> tuple[Vector | None, Any, str | None]:
-    """Times, signal and the unit that a labelled array brings along.
+    """Times, signal and the unit of a labelled array.
 
     A pandas Series has its times in its index, an xarray DataArray in the
     coordinate of its one dimension and its unit in ``attrs["units"]``; arrays of
@@ -500,7 +500,7 @@ def time_and_signal(time: Any, signal: Any) -> tuple[Vector | None, Any, str | N
 
 
 def unit_of_one(value: Any) -> str | None:
-    """The unit of a single value: empty for a pure number that says so, None for one that names none."""
+    """The unit of a single value: empty for an explicit pure number, None if it states no unit."""
     if isinstance(value, (list, tuple)) and len(value):
         # A value and its standard error.
         return unit_of_one(value[0])
@@ -517,9 +517,9 @@ def unit_of_one(value: Any) -> str | None:
 
 
 def factor(name: str, own: str | None, samples: str | None) -> float:
-    """What turns a value in its own unit into one in the unit of its option, or in that of the samples."""
+    """Factor that converts a value from its own unit to that of its option, or to that of the samples."""
     wanted = _units.of_option(name) if samples is None else samples
-    # A parameter of samples without a unit has none either.
+    # If the samples have no unit, a parameter of them has none either.
     if own is None or own == wanted or samples is not None and not own:
         return 1.0
     if samples is None and not wanted:
@@ -536,9 +536,9 @@ def factor(name: str, own: str | None, samples: str | None) -> float:
 
 
 def number(name: str, value: Any, samples: str | None = None) -> float:
-    """A number, whatever type of number it is; one that has a unit in that of its option.
+    """A number of any numeric type; one with a unit is converted to that of its option.
 
-    `samples` is the unit of the samples for an option that has theirs, empty where it is unknown.
+    `samples` is the unit of the samples, for an option in that unit; empty if it is unknown.
     """
     own = unit_of_one(value)
     if own is not None:
@@ -562,7 +562,7 @@ def optional(name: str, value: Scalar | None) -> float | None:
 
 
 def of_samples(name: str, value: Any, unit: str, uncertain: bool = False) -> Any:
-    """A value with a unit of its own in that of the samples, anything else as it is."""
+    """A value with its own unit, converted to that of the samples; anything else unchanged."""
     if uncertain and isinstance(value, (list, tuple)):
         return tuple(of_samples(name, one, unit) for one in value)
     if unit_of_one(value) is None:
@@ -605,7 +605,7 @@ def band(value: Band | None) -> tuple[float, float] | None:
 
 
 def constants(given: Mapping[str, Uncertain | None]) -> dict[str, float | tuple[float, float] | None]:
-    """Mechanical constants as the extension takes them."""
+    """Mechanical constants in the form that the extension takes."""
     return {name: pair(name, value) for name, value in given.items()}
 
 

@@ -23,7 +23,7 @@ from .typing import Band, Interval, Path, Scalar
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Bytes of traces that are held at a time, as doubles.
+#: Maximum number of bytes of traces held at a time, as doubles.
 _BLOCK = 1 << 26
 
 
@@ -36,7 +36,7 @@ def _blocks(shape: tuple[int, ...], samples: int) -> Iterator[tuple[int, int]]:
 
 
 def _signature(traces: NDArray[Any], options: dict[str, Any]) -> str:
-    """Tells one block from another: its numbers and everything that changes their answers."""
+    """Fingerprint of a block: its numbers and everything that changes their answers."""
     asked = {**options, "dtype": traces.dtype.str, "version": _core.__version__}
     digest = hashlib.sha256(json.dumps(asked, sort_keys=True).encode())
     digest.update(np.ascontiguousarray(traces).data)
@@ -50,7 +50,7 @@ def _stored(path: FilePath, signature: str) -> dict[str, NDArray[Any]] | None:
                 return None
             return {name: held[name] for name in held.files if name != "signature"}
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
-        # Missing, or cut off by whatever ended the last run.
+        # Missing, or truncated when the last run ended.
         return None
 
 
@@ -59,12 +59,12 @@ def _store(path: FilePath, signature: str, found: dict[str, NDArray[Any]]) -> No
     columns: dict[str, Any] = found
     with part.open("wb") as file:
         np.savez(file, signature=np.array(signature), **columns)
-    # As a whole or not at all.
+    # Written as a whole or not at all.
     part.replace(path)
 
 
 class _Stored:
-    """A stack in a file, read where it is cut."""
+    """A stack in a file, read in slices."""
 
     def __init__(self, path: Path, data: str | None) -> None:
         self._held = _core.Stack(os.fspath(path), data)
@@ -109,14 +109,13 @@ def fit_map(
         whose coordinates and unit (``attrs["units"]``) are taken over, or the
         path of a .npy file, an HDF5 file or a zarr store.
     dt : float, quantity or duration
-        Interval of the samples [s]; of a DataArray with a coordinate of even
-        times it is theirs, beside which no other is taken.
+        Sampling interval [s]; for a DataArray with a coordinate of uniform
+        times, the interval is that of the coordinate and no other is accepted.
     data : str, optional
-        The data set of a file or a store that has several of three axes, by its
-        path.
+        Path of the data set, if a file or a store has several of three axes.
     axis : int or str, optional
-        The axis of time, by number or, of a DataArray, by name; if not given a
-        dimension called ``time`` or ``t`` or the one with a coordinate of that name, of dates,
+        The time axis, by number or, for a DataArray, by name. If not given, a
+        dimension called ``time`` or ``t``, or the one with a coordinate of that name, of dates,
         durations or a unit of time, or else the last one, unless it has another coordinate.
     frequency_hz, min_amplitude, method : optional
         As for :func:`fit_batch`.
@@ -128,10 +127,10 @@ def fit_map(
     model, band_hz, start_s, end_s, lockin_time_constant_s, lockin_order : optional
         Options of ``method="analyse"``, see :func:`ringdown`.
     resume : path, optional
-        A folder for finished blocks. A map that was interrupted takes from
-        there what has the same numbers and options, and computes the rest.
+        A folder for finished blocks. A map that was interrupted reuses the
+        blocks with the same numbers and options, and computes the rest.
     progress : callable, optional
-        Called with the number of pixels done and of all, after each block.
+        Called after each block with the number of finished pixels and of all pixels.
 
     Returns
     -------
@@ -143,9 +142,9 @@ def fit_map(
     Raises
     ------
     OptionError
-        For a stack that has not three axes, or an option out of range.
+        For a stack that does not have three axes, or an option out of range.
     ReadError
-        For a file that cannot be read or holds no such array.
+        For a file that cannot be read or contains no such array.
 
     Examples
     --------
@@ -222,11 +221,11 @@ def fit_map(
         "lockin_time_constant_s": _input.optional("lockin_time_constant_s", lockin_time_constant_s),
         "lockin_order": _input.whole("lockin_order", lockin_order),
     }  # fmt: skip
-    # Blocks that were kept without such options stay those of the same numbers and options.
+    # Options that are not given leave the fingerprint of kept blocks unchanged.
     options.update({name: value for name, value in analysis.items() if value is not None})
     across = tuple(n for i, n in enumerate(shape) if i != axis)
     samples = shape[axis]
-    # What is wrong with the options is said before a pixel is read.
+    # Errors of the options are raised before a pixel is read.
     columns = answer_schema(**options)
     taken = next((name for name in (*dims, *coords) if name in columns.column_names), None)
     if taken is not None:

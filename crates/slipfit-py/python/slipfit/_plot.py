@@ -1,4 +1,4 @@
-"""Answers as matplotlib axes, with the panels of the command's figures; what was read as axes and frames."""
+"""Answers as matplotlib axes, with the panels of the command's figures; data that were read as axes and frames."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def _amplitude_over_time(ax: Axes, answer: RingdownAnswer, unit: str) -> None:
 
 
 def ringdown(answer: RingdownAnswer, ax: Axes | None) -> list[Axes]:
-    """Amplitude over time; signal, loss per cycle and frequency beside it."""
+    """Amplitude over time, with signal, loss per cycle and frequency."""
     unit = answer.to_dict()["input"]["unit"]
     if ax is not None:
         _amplitude_over_time(ax, answer, unit)
@@ -84,7 +84,7 @@ def ringdown(answer: RingdownAnswer, ax: Axes | None) -> list[Axes]:
 
 
 def resonance(answer: ResonanceAnswer, ax: Axes | None) -> list[Axes]:
-    """Amplitude over frequency, and the phase where there is one."""
+    """Amplitude over frequency, and the phase if there is one."""
     unit = answer.to_dict()["input"]["unit"]
     curve, fit = answer.curve, answer.fit
     with_phase = bool(np.isfinite(curve["phase_rad"]).any())
@@ -102,7 +102,7 @@ def resonance(answer: ResonanceAnswer, ax: Axes | None) -> list[Axes]:
 
 
 def levels(answer: LevelsAnswer, ax: Axes | None) -> list[Axes]:
-    """Amplitude over the level of the drive."""
+    """Amplitude against drive level."""
     data = answer.to_dict()["input"]
     axes = [ax] if ax is not None else _panels(1)
     points, fit = answer.levels, answer.fit
@@ -115,7 +115,7 @@ def levels(answer: LevelsAnswer, ax: Axes | None) -> list[Axes]:
 
 
 def series(answer: SeriesAnswer, ax: Axes | None) -> list[Axes]:
-    """Friction of each condition, over its number where every one has one; damping beside it."""
+    """Friction and damping of each condition, over its number if every condition has one."""
     rows, heading = answer.table, answer.to_dict()
     axes = [ax] if ax is not None else _panels(2)
     labels = [row.condition for row in rows]
@@ -135,7 +135,7 @@ def series(answer: SeriesAnswer, ax: Axes | None) -> list[Axes]:
                 [float(q) for _, _, q in found],
                 yerr=[q.std_error or 0.0 for _, _, q in found],
                 xerr=[row.value_std_error or 0.0 for _, row, _ in found] if numbered else None,
-                # At one place the joint fit is a ring around the others.
+                # At the same position, the joint fit is a ring around the others.
                 fmt="o", markersize=9.0 if kind == "joint" else 4.0, label=kind,
                 markerfacecolor="none" if kind == "joint" else None,
             )
@@ -149,16 +149,16 @@ def series(answer: SeriesAnswer, ax: Axes | None) -> list[Axes]:
     return axes
 
 
-#: Part of a pixel's sides that the grey core of one with a warning covers, as in the command's picture.
+#: Fraction of a pixel's side covered by the grey core of a pixel with a warning, as in the command's figure.
 _CORE = 0.5
-#: Part of the values that lies beyond either end of the colours.
+#: Fraction of the values that lies beyond either end of the colour scale.
 _OUTSIDE = 0.01
 #: Warnings of traces that do not determine their numbers.
 _UNDETERMINED = frozenset(("not_converged", "not_separable"))
 
 
 def _edges(found: xarray.Dataset, name: Any) -> tuple[NDArray[Any], str]:
-    """Where the pixels of a dimension begin and end, and its label: by its coordinate where that goes one way."""
+    """Edges of the pixels of a dimension, and its label: from its coordinate if that is monotonic."""
     count, label, at = found.sizes[name], str(name), None
     if name in found.coords and found.coords[name].dtype.kind in "fiu":
         held = found.coords[name].to_numpy().astype(float)
@@ -179,7 +179,7 @@ def _image(ax: Axes, found: xarray.Dataset, name: str) -> None:
     codes = np.vectorize(lambda reason: not _UNDETERMINED.isdisjoint(str(reason).split(" ")), otypes=[bool])
     values = np.where(codes(found["reason"].to_numpy()), np.nan, found[name].to_numpy().astype(float))
     known = np.isfinite(values)
-    # A whole analysis warns of what it has allowed for.
+    # Warnings of a whole analysis concern effects that its numbers account for.
     doubtful = (found["status"].to_numpy() != "done") & (found.attrs.get("method") != "analyse")
     scale = values[known & ~doubtful] if (known & ~doubtful).any() else values[known]
     low, high = np.quantile(scale, [_OUTSIDE, 1 - _OUTSIDE], method="nearest") if scale.size else (None, None)
@@ -201,20 +201,20 @@ def plot_map(
     column: str | None = None,
     ax: Annotated[Axes | None, "matplotlib Axes are needed, such as plt.subplots() gives"] = None,
 ) -> list[Axes]:
-    """Draws a map with matplotlib, doubtful pixels marked as in the command's picture.
+    """Draws a map with matplotlib; doubtful pixels are marked as in the command's figure.
 
-    Pixels with a warning have a grey core and no say in the colours; those without an answer, or whose
-    trace determines none (``not_converged``, ``not_separable``), are grey. Colours leave one value in a
-    hundred out at either end.
+    Pixels with a warning have a grey core and do not affect the colour scale; those without an answer, or whose
+    trace determines none (``not_converged``, ``not_separable``), are grey. The colour scale leaves out one value
+    in a hundred at either end.
 
     Parameters
     ----------
     found : xarray.Dataset
-        The map, from :func:`fit_map` or from where it was written to.
+        The map, from :func:`fit_map` or read back from a file.
     column : str, optional
-        What is drawn; without it friction (as a displacement where there is one) and the decay rate.
+        What is drawn; by default friction (as a displacement if there is one) and the decay rate.
     ax : matplotlib Axes, optional
-        Where to draw `column`; without it a figure is made.
+        Where to draw `column`; if not given, a figure is made.
 
     Returns
     -------
@@ -224,7 +224,7 @@ def plot_map(
     Raises
     ------
     OptionError
-        For a data set that is no map, or a column that it has not.
+        For a data set that is not a map, or a column that it does not have.
 
     Examples
     --------
@@ -251,7 +251,7 @@ def plot_map(
 
 
 def frame_of(read: Record | Curve | Levels) -> pd.DataFrame:
-    """What was read, a row for each sample or point, its units in the names of the columns."""
+    """The data that were read, one row per sample or point, with units in the column names."""
     import pandas as pd
 
     return pd.DataFrame({f"{name} ({unit})" if unit else name: values for name, unit, values in read._columns()})
@@ -262,7 +262,7 @@ def plot_read(
     read: Record | Curve | Levels,
     ax: Annotated[Axes | None, "matplotlib Axes are needed, such as plt.subplots() gives"] = None,
 ) -> list[Axes]:
-    """The other columns of what was read over the first."""
+    """Draws the other columns of the data over the first."""
     (over, over_unit, at), *others = read._columns()
     axes = [ax] if ax is not None else _panels(len(others))
     style = _DATA if over == "time" else _DOTS

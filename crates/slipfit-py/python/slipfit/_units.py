@@ -1,11 +1,11 @@
-"""Units of single values: those of options are fixed, or those of the samples."""
+"""Units of single values: those of options are fixed, or are those of the samples."""
 
 from __future__ import annotations
 
 import re
 from typing import Any
 
-#: Units of options by their names, and by the endings of their names; any other is a pure number.
+#: Units of options by their names, and by the endings of their names; any other option is a pure number.
 _OF_OPTIONS = {"dt": "s", "stiffness": "N/m", "mass": "kg", "torsion_stiffness": "N m/rad", "inertia": "kg m²"}
 _OF_ENDINGS = {"_hz": "Hz", "_per_s": "1/s", "_s": "s", "_rad": "rad"}
 
@@ -19,7 +19,7 @@ def of_option(name: str) -> str:
 def spelled(unit: Any) -> str:
     """The text of a unit of pint, astropy or unyt."""
     try:
-        # pint spells its units out unless it is asked for symbols.
+        # pint writes unit names in full unless symbols are requested.
         text = format(unit, "~C")
     except (TypeError, ValueError):
         text = str(unit)

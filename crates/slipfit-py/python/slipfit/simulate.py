@@ -1,6 +1,6 @@
 """Exact motion of an oscillator with viscous and sliding friction.
 
-Noise is white, by NumPy's PCG64 from its seed; that of the command has another generator.
+Noise is white, from NumPy's PCG64 with a seed; the command uses another generator.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from .typing import Scalar
 
 __all__ = ["decay", "driven", "sweep"]
 
-#: Cycles at a frequency, each followed from event to event.
+#: Maximum number of cycles at a frequency; each is computed from event to event.
 _MOST_CYCLES = 1e9
 
-#: Units of what moves to and fro, and of what turns.
+#: Units for translation and for rotation.
 _SLIDING = {"viscous_coefficient": "N s/m", "coulomb_force": "N", "static_force": "N"}
 _TURNING = {
     "mass": "kg m²", "stiffness": "N m/rad", "viscous_coefficient": "N m s/rad",
@@ -62,7 +62,7 @@ def _check_noise(rms: float, given: Scalar, seed: int) -> None:
 def _record(
     time_s: NDArray[np.float64], signal: NDArray[np.float64], unit: str, moves_by: str, still: str
 ) -> _core.Record:
-    """The samples as a record, which must move."""
+    """The samples as a record; a record at rest is refused."""
     if (signal == signal[0]).all() and len(signal) > 1:
         raise _input.refuse(moves_by, still)
     try:
@@ -74,7 +74,7 @@ def _record(
 
 
 def _oscillator(unit: str, **given: Scalar | None) -> dict[str, Any]:
-    """The oscillator and the unit of its displacements; of a rotation the mass is a moment of inertia, and so on."""
+    """The oscillator and the unit of its displacements; for a rotation the mass is a moment of inertia, and so on."""
     turns = _core.unit_factor(unit, "rad") is not None
     units = {"friction_displacement": unit, "static_displacement": unit, **(_TURNING if turns else _SLIDING)}
     numbers = {
@@ -103,7 +103,7 @@ def decay(
     noise_rms: Scalar = 0.0,
     seed: int = 0,
 ) -> _core.Record:
-    """A free decay, released at rest.
+    """A free decay, released from rest.
 
     Parameters
     ----------
@@ -112,14 +112,14 @@ def decay(
     duration_s, rate_hz : float or quantity
         Length of the record [s] and samples per second.
     unit : str
-        Unit of the displacement; beside a force it is a length or an angle.
+        Unit of the displacement; if a force is given, it must be a length or an angle.
     {oscillator}
     {noise}
 
     Returns
     -------
     Record
-        Exact to 1e-14 of the amplitude, noise aside.
+        Exact to 1e-14 of the amplitude, apart from noise.
 
     Raises
     ------
@@ -169,22 +169,22 @@ def driven(
     noise_rms: Scalar = 0.0,
     seed: int = 0,
 ) -> _core.Record:
-    """The motion under a harmonic drive of the base, stops included.
+    """The motion under a harmonic drive of the base, including stops.
 
     Parameters
     ----------
     drive_amplitude : float or quantity
-        x_0, in the unit of the displacement; of a force P it is P/k in that unit.
+        x_0, in the unit of the displacement; for a force P it is P/k in that unit.
     duration_s, rate_hz : float or quantity
         Length of the record [s] and samples per second.
     drive_frequency_hz : float or quantity, optional
-        That of the oscillator if not given [Hz].
+        Frequency of the drive [Hz]; that of the oscillator if not given.
     start : str
-        ``rest``, or ``steady``: the motion has settled.
+        ``rest``, or ``steady`` for settled motion.
     drive_off_s : float or quantity, optional
-        The drive is switched off at this instant [s].
+        Time at which the drive is switched off [s].
     unit : str
-        Unit of the displacement; beside a force it is a length or an angle.
+        Unit of the displacement; if a force is given, it must be a length or an angle.
     {oscillator}
     {noise}
 
@@ -244,30 +244,30 @@ def sweep(
     noise_rms: Scalar = 0.0,
     seed: int = 0,
 ) -> Table:
-    """Amplitude and phase of the fundamental over the frequency of the drive.
+    """Amplitude and phase of the fundamental against the drive frequency.
 
     Parameters
     ----------
     frequencies_hz : array_like, shape (n,)
-        Frequencies of the drive [Hz], or in the unit that they or their name have.
+        Frequencies of the drive [Hz], or in the unit that they or their name state.
     drive_amplitude : float or quantity
-        x_0, in the unit of the displacement; of a force P it is P/k in that unit.
+        x_0, in the unit of the displacement; for a force P it is P/k in that unit.
     wait_s : float or quantity, optional
-        Time spent at each frequency, one after the other [s], the motion steady at the first; the fundamental
-        is that of the cycle of the drive after it. Settled at each if not given.
+        Time spent at each frequency in turn [s]; the motion is steady at the first, and the fundamental is that
+        of the drive cycle after this time. If not given, the motion is settled at each frequency.
     unit : str
-        Unit of the displacement; beside a force it is a length or an angle.
+        Unit of the displacement; if a force is given, it must be a length or an angle.
     {oscillator}
     noise_rms : float or quantity
         Standard deviation of white noise on each of the two outputs of a lock-in, unit of the displacement.
     seed : int
-        Of the noise: the same seed, the same numbers.
+        Seed of the noise: the same seed gives the same numbers.
 
     Returns
     -------
     Table
-        Columns frequency_hz, amplitude, phase_rad, which :func:`slipfit.resonance` takes as they are. A mass at
-        rest has no phase: it is NaN.
+        Columns frequency_hz, amplitude, phase_rad, accepted by :func:`slipfit.resonance`. A mass at
+        rest has no phase, which is NaN.
 
     Raises
     ------
@@ -310,7 +310,7 @@ def sweep(
 def _noisy_outputs(
     amplitude: NDArray[np.float64], phase: NDArray[np.float64], noise_rms: Scalar, seed: int, unit: str
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Amplitudes and phases [rad] behind noise on both outputs of a lock-in; at rest there is the noise alone."""
+    """Amplitudes and phases [rad] with noise on both outputs of a lock-in; at rest there is only noise."""
     rms = _input.number("noise_rms", noise_rms, unit)
     _check_noise(rms, noise_rms, seed)
     if not rms:
@@ -322,7 +322,7 @@ def _noisy_outputs(
 
 def _described(*functions: Any) -> None:
     for function in functions:
-        if function.__doc__ is not None:  # python -OO takes docs away
+        if function.__doc__ is not None:  # python -OO removes docstrings
             function.__doc__ = function.__doc__.replace("{oscillator}", _OSCILLATOR).replace("{noise}", _NOISE)
 
 

@@ -1,4 +1,4 @@
-"""Types of arguments, for annotations of one's own.
+"""Types of arguments, for annotations in user code.
 
 Examples
 --------
@@ -18,7 +18,7 @@ import numpy as np
 
 __all__ = ["Band", "Column", "Interval", "Kind", "Motion", "Path", "PerRow", "Scalar", "Uncertain"]
 
-#: A number; or a value with a unit of pint, astropy, unyt, xarray or slipfit, which is converted or refused.
+#: A number, or a value with a unit of pint, astropy, unyt, xarray or slipfit, which is converted or refused.
 Scalar: TypeAlias = Union[float, SupportsFloat]
 #: A value, exact or with its standard error, such as a parameter of another answer.
 Uncertain: TypeAlias = Union[Scalar, tuple[Scalar, Scalar]]
@@ -26,13 +26,13 @@ Uncertain: TypeAlias = Union[Scalar, tuple[Scalar, Scalar]]
 Band: TypeAlias = tuple[Scalar, Scalar]
 #: A number of seconds, or a duration.
 Interval: TypeAlias = Union[Scalar, datetime.timedelta, np.timedelta64]
-#: A number for every row, or the name of a column of numbers.
+#: A number for all rows, or the name of a column of numbers.
 PerRow: TypeAlias = Union[Scalar, str]
 #: A file.
 Path: TypeAlias = Union[str, os.PathLike[str]]
 #: A column of a file by name or by number from 1.
 Column: TypeAlias = Union[str, int]
-#: What a record may be.
+#: Kinds of a record.
 Kind: TypeAlias = Literal["displacement", "velocity", "acceleration", "envelope", "lock-in"]
-#: What the response of a curve may be.
+#: Kinds of the response of a curve.
 Motion: TypeAlias = Literal["displacement", "velocity", "acceleration"]

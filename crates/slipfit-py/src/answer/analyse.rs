@@ -11,7 +11,7 @@ use slipfit::{levels, resonance, ringdown};
 use slipfit_io::SweepReading;
 use std::sync::Arc;
 
-/// Refuses what no free decay can be analysed with.
+/// Refuses options with which no free decay can be analysed.
 #[pyfunction]
 pub(crate) fn check_ringdown(py: Python<'_>, choices: RingdownChoices, constants: Constants) -> PyResult<()> {
     let mut options = choices.options(py)?;
@@ -48,7 +48,7 @@ pub(crate) fn ringdown_answer(
     Ok(Answer(Analysed::Ringdown { reading, options, answer: Box::new(answer) }))
 }
 
-/// Gives the options their reference, which must be in the unit of the curve.
+/// Adds the reference to the options; it must be in the unit of the curve.
 pub(super) fn refer(
     py: Python<'_>,
     options: &mut resonance::Options,

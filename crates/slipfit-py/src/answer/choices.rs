@@ -1,4 +1,4 @@
-//! What is fixed before an analysis.
+//! Options fixed before an analysis.
 
 use crate::failure::{Failure, core_error, option_error};
 use pyo3::prelude::*;
@@ -61,7 +61,7 @@ impl Constants {
         }
     }
 
-    /// The constant, which must fit a signal in `unit`.
+    /// The constant, which must apply to a signal in `unit`.
     pub(super) fn calibration(self, py: Python<'_>, unit: &str) -> PyResult<Option<Calibration>> {
         let Some((name, constant, coordinate)) = self.given(py)? else { return Ok(None) };
         coordinate.check_unit(unit).map_err(|error| {
@@ -84,7 +84,7 @@ fn law(py: Python<'_>, word: &str) -> PyResult<LawOption> {
     word.parse().map_err(|e| option_error(py, "law", format!("law={word:?}: {e}")))
 }
 
-/// What is fixed before a ring-down is analysed.
+/// Options of the analysis of a ring-down.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct RingdownChoices {
@@ -122,7 +122,7 @@ impl RingdownChoices {
     }
 }
 
-/// What is fixed before a resonance curve is analysed.
+/// Options of the analysis of a resonance curve.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct ResonanceChoices {
@@ -168,7 +168,7 @@ impl ResonanceChoices {
     }
 }
 
-/// What is fixed before drive levels are analysed.
+/// Options of the analysis of drive levels.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct LevelsChoices {

@@ -1,4 +1,4 @@
-//! Answers, and what is asked of them.
+//! Answers and their reports.
 
 mod analyse;
 mod choices;
@@ -56,7 +56,7 @@ enum Analysed {
 }
 
 impl Analysed {
-    /// What `look` sees in the report.
+    /// The result of `look` for the report.
     fn report<T>(&self, look: impl FnOnce(&dyn Report) -> T) -> T {
         match self {
             Self::Ringdown { reading, options, answer } => {
@@ -92,7 +92,7 @@ impl Analysed {
         }
     }
 
-    /// The measured data and the fitted model beside them, as named columns.
+    /// The measured data and the fitted model, as named arrays.
     fn fit(&self) -> Vec<(&'static str, Vec<f64>)> {
         let mut columns = Vec::new();
         match self {
@@ -139,13 +139,13 @@ impl Analysed {
     }
 }
 
-/// Name, value, standard error, interval, value with the limit lifted, unit.
+/// Name, value, standard error, interval, value without its limit, unit.
 type QuantityParts = (&'static str, f64, f64, (f64, f64), f64, String);
-/// Code, message, hints, all of it in words.
+/// Code, message, hints, and all of these in words.
 type WarningParts = (&'static str, String, Vec<HintParts>, String);
 
 impl Answer {
-    /// What `write` writes of the report.
+    /// The text that `write` writes of the report.
     fn written(
         &self,
         py: Python<'_>,
@@ -213,7 +213,7 @@ impl Answer {
         self.0.warnings().iter().map(parts).collect()
     }
 
-    /// The measured data and the fitted model beside them, as named arrays.
+    /// The measured data and the fitted model, as named arrays.
     fn fit<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let columns = PyDict::new(py);
         for (name, values) in quick(py, || self.0.fit())? {
@@ -234,14 +234,14 @@ impl Answer {
     }
 }
 
-/// Points of a curve that is drawn.
+/// Number of points of a drawn curve.
 const DENSE: u32 = 801;
 
 fn even([from, to]: [f64; 2]) -> Vec<f64> {
     (0..DENSE).map(|i| from + (to - from) * f64::from(i) / f64::from(DENSE - 1)).collect()
 }
 
-/// Names of every parameter an answer may have.
+/// Names of all parameters an answer may have.
 #[pyfunction]
 pub(crate) fn parameter_names() -> Vec<&'static str> {
     Parameter::all().map(Parameter::name).collect()

@@ -25,7 +25,7 @@ pub(crate) enum Measured<'py> {
     Levels((PyRef<'py, Levels>, LevelsChoices)),
 }
 
-/// What a report of the series says of one file.
+/// Description of one file in the report of the series.
 fn input(report: &ReadReport, kind: &'static str, unit: &str) -> SeriesInput {
     SeriesInput {
         path: report.path.clone(),
@@ -64,7 +64,7 @@ impl Measured<'_> {
     }
 }
 
-/// What is wrong with one measurement, with its name.
+/// The error of one measurement, with its name added.
 fn of_measurement(py: Python<'_>, error: PyErr, name: &str) -> PyErr {
     let value = error.value(py);
     let told = value.getattr("message").and_then(|message| message.extract::<String>());
@@ -78,7 +78,7 @@ fn of_measurement(py: Python<'_>, error: PyErr, name: &str) -> PyErr {
 /// A measurement with its name, the label and value of its condition, and its scale.
 type Entry<'py> = (Measured<'py>, String, String, Option<(f64, f64)>, Option<f64>);
 
-/// What stands above the measurements of a series.
+/// Description given above the measurements of a series.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct SeriesChoices {

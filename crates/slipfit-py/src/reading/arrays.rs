@@ -1,4 +1,4 @@
-//! Records, curves and levels of arrays.
+//! Records, curves and levels from arrays.
 
 use super::choices::Choices;
 use super::origin::Source;
@@ -7,7 +7,7 @@ use crate::arrays::{self, Vector};
 use pyo3::prelude::*;
 use std::sync::Arc;
 
-/// Columns that were given, by name, and the number of each as the reader's options take it.
+/// The given columns by name, and the number of each as the reader's options take it.
 fn numbered<'a, 'py>(
     columns: &'a [(&'static str, Option<Vector<'py>>)],
 ) -> (Vec<(&'static str, &'a Vector<'py>)>, impl Fn(&str) -> Option<String>) {
@@ -19,19 +19,19 @@ fn numbered<'a, 'py>(
     (given, number)
 }
 
-/// What turns numbers in a unit into numbers in another of the same quantity; None where they are not known to be.
+/// The factor that converts numbers from a unit to another of the same quantity; None if it is not known.
 #[pyfunction]
 pub(crate) fn unit_factor(unit: &str, wanted: &str) -> Option<f64> {
     slipfit_io::unit_factor(unit, wanted)
 }
 
-/// The unit in the name of a column; None where it has none that is known.
+/// The unit in the name of a column; None if it has no known unit.
 #[pyfunction]
 pub(crate) fn unit_of_name(name: &str) -> Option<String> {
     slipfit_io::unit_of_name(name)
 }
 
-/// A record of arrays.
+/// A record from arrays.
 #[pyfunction]
 #[pyo3(signature = (time_s, signal, quadrature, rate_hz, unit, kind))]
 pub(crate) fn record_of_arrays(
@@ -59,7 +59,7 @@ pub(crate) fn record_of_arrays(
     record(py, Source::Bytes(Arc::new(bytes), arrays::NAME.to_owned()), choices)
 }
 
-/// A curve of arrays.
+/// A curve from arrays.
 #[pyfunction]
 #[pyo3(signature = (frequency_hz, amplitude, phase_rad, real, imaginary, std_error, drive, unit, kind))]
 #[allow(clippy::too_many_arguments, reason = "the columns a curve may have")]
@@ -103,7 +103,7 @@ pub(crate) fn curve_of_arrays(
     curve(py, Source::Bytes(Arc::new(bytes), arrays::NAME.to_owned()), choices)
 }
 
-/// Drive levels of arrays.
+/// Drive levels from arrays.
 #[allow(clippy::too_many_arguments, reason = "the columns levels may have")]
 #[pyfunction]
 #[pyo3(signature = (drive, amplitude, real, imaginary, std_error, unit, drive_unit))]

@@ -1,4 +1,4 @@
-//! How a reading is chosen from a file.
+//! Options of reading a file.
 
 use crate::failure::option_error;
 use pyo3::prelude::*;

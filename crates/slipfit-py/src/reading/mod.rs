@@ -1,4 +1,4 @@
-//! Records, curves and levels as they were read, from files, bytes and arrays.
+//! Records, curves and levels read from files, bytes and arrays.
 
 mod arrays;
 mod choices;
@@ -37,7 +37,7 @@ pub(crate) struct Levels {
     origin: Origin,
 }
 
-/// Reads from paths or bytes without the interpreter's lock.
+/// Reads from paths or bytes without the interpreter lock.
 fn read<T: Send + 'static>(
     py: Python<'_>,
     origin: &Origin,
@@ -83,7 +83,7 @@ fn levels(py: Python<'_>, source: Source, choices: Choices) -> PyResult<Levels> 
     Ok(Levels { reading, origin })
 }
 
-/// Reads a record of a file or of bytes.
+/// Reads a record from a file or from bytes.
 #[pyfunction]
 pub(crate) fn read_record(
     py: Python<'_>,
@@ -94,7 +94,7 @@ pub(crate) fn read_record(
     record(py, source.source(py, name, 1)?, choices)
 }
 
-/// Reads a curve of a file, of bytes, or of the driven records of several files or a folder.
+/// Reads a curve from a file, from bytes, or from the driven records of several files or a folder.
 #[pyfunction]
 pub(crate) fn read_curve(
     py: Python<'_>,
@@ -105,7 +105,7 @@ pub(crate) fn read_curve(
     curve(py, source.source(py, name, usize::MAX)?, choices)
 }
 
-/// Reads drive levels of a file or of bytes.
+/// Reads drive levels from a file or from bytes.
 #[pyfunction]
 pub(crate) fn read_levels(
     py: Python<'_>,

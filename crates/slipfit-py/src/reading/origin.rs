@@ -1,4 +1,4 @@
-//! Where a reading comes from, and what reads it again.
+//! Where a reading comes from, and how to read it again.
 
 use super::choices::Choices;
 use crate::failure::option_error;
@@ -15,20 +15,20 @@ pub(super) enum Source {
     Bytes(Arc<Vec<u8>>, String),
 }
 
-/// Enough to read the same again.
+/// Everything needed to read the same again.
 pub(super) struct Origin {
     pub(super) source: Source,
     pub(super) choices: Choices,
 }
 
-/// A function and its arguments, as pickles hold them.
+/// A function and its arguments, as stored in a pickle.
 pub(super) type Call<'py> = (Bound<'py, PyAny>, (Bound<'py, PyAny>, Option<String>, Choices));
 
 impl Origin {
-    /// The call that reads it again: a file goes along as its bytes, several files by their names.
+    /// The call that reads it again: a single file is included as its bytes, several files by their names.
     ///
     /// # Errors
-    /// The file is gone, or has other bytes than those that were read.
+    /// The file no longer exists, or its bytes differ from those that were read.
     pub(super) fn call<'py>(&self, py: Python<'py>, function: &str, sha256: &str) -> PyResult<Call<'py>> {
         let function = py.import("slipfit._core")?.getattr(function)?;
         let (source, name) = match &self.source {

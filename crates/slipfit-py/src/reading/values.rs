@@ -1,4 +1,4 @@
-//! What records, curves and levels hold.
+//! The contents of records, curves and levels.
 
 use super::choices::KINDS;
 use super::origin::Call;
@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 type Array<'py> = Bound<'py, PyArray1<f64>>;
 
-/// Equal readings are of the same bytes.
+/// Equal readings have the same bytes.
 fn hash(report: &ReadReport) -> u64 {
     let mut hasher = DefaultHasher::new();
     report.sha256.hash(&mut hasher);
@@ -23,7 +23,7 @@ fn hash(report: &ReadReport) -> u64 {
 /// A column: its name, its unit and its numbers.
 type Column<'py> = (&'static str, String, Array<'py>);
 
-/// Pandas and matplotlib are Python's: what they are given is put together there.
+/// Objects of pandas and matplotlib are made in Python.
 fn by_python<'py>(
     read: &Bound<'py, PyAny>,
     function: &str,
@@ -49,13 +49,13 @@ impl Record {
         record.times_s(0..record.len()).into_pyarray(py)
     }
 
-    /// The samples, in `unit`; of a lock-in its X output.
+    /// The samples, in `unit`; for a lock-in its X output.
     #[getter]
     fn signal<'py>(&self, py: Python<'py>) -> Array<'py> {
         PyArray1::from_slice(py, self.reading.record.signal())
     }
 
-    /// Y output of a lock-in; None of anything else.
+    /// Y output of a lock-in; None for anything else.
     #[getter]
     fn quadrature<'py>(&self, py: Python<'py>) -> Option<Array<'py>> {
         self.reading.record.quadrature().map(|values| PyArray1::from_slice(py, values))
@@ -134,7 +134,7 @@ impl Record {
     /// -------
     /// DataFrame
     ///     A row for each sample; columns ``time (s)`` and the kind of the samples with their unit, such as
-    ///     ``displacement (rad)``, of a lock-in ``x`` and ``y``.
+    ///     ``displacement (rad)``, for a lock-in ``x`` and ``y``.
     fn to_dataframe<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         by_python(slf.as_any(), "frame_of", None)
     }
@@ -144,7 +144,7 @@ impl Record {
     /// Parameters
     /// ----------
     /// ax : matplotlib Axes, optional
-    ///     Where to draw the main panel; without it a figure with all panels is made.
+    ///     Where to draw the main panel; if not given, a figure with all panels is made.
     ///
     /// Returns
     /// -------
@@ -248,7 +248,7 @@ impl Curve {
     /// Returns
     /// -------
     /// DataFrame
-    ///     A row for each point; columns ``frequency (Hz)``, ``amplitude`` with its unit, and ``phase (rad)`` where it was
+    ///     A row for each point; columns ``frequency (Hz)``, ``amplitude`` with its unit, and ``phase (rad)`` if it was
     ///     measured.
     fn to_dataframe<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         by_python(slf.as_any(), "frame_of", None)
@@ -259,7 +259,7 @@ impl Curve {
     /// Parameters
     /// ----------
     /// ax : matplotlib Axes, optional
-    ///     Where to draw the main panel; without it a figure with all panels is made.
+    ///     Where to draw the main panel; if not given, a figure with all panels is made.
     ///
     /// Returns
     /// -------
@@ -365,7 +365,7 @@ impl Levels {
     /// Parameters
     /// ----------
     /// ax : matplotlib Axes, optional
-    ///     Where to draw the main panel; without it a figure with all panels is made.
+    ///     Where to draw the main panel; if not given, a figure with all panels is made.
     ///
     /// Returns
     /// -------

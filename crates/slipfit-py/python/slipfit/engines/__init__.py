@@ -1,10 +1,10 @@
-"""One call for each engine that people run: its rows in, its rows out.
+"""One call for each table engine, which takes and returns its rows.
 
-A module an engine, imported where it is asked for: ``slipfit.engines.daft``,
+One module per engine, imported on request: ``slipfit.engines.daft``,
 ``.spark``, ``.polars``, ``.dask``, ``.duckdb``, and ``.arrow`` for plain files.
-``fit`` takes a frame with a trace in each row and the options of
+``fit`` takes a frame with one trace per row and the options of
 :func:`slipfit.fit_batch`; ``ringdown_files`` takes files by the million, one row
-each. The packages of the engines are not those of slipfit: install the one you run.
+per file. slipfit does not install the packages of the engines: install the one you use.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ from ..typing import Kind
 if TYPE_CHECKING:
     import pyarrow as pa
 
-#: Names of the answer's parameters, and of their columns around the part: those of :func:`slipfit.fit_batch`.
+#: Names of the answer's parameters, and prefix and suffix of their columns, as in :func:`slipfit.fit_batch`.
 _PARAMETERS = {
     "frequency_hz": ("frequency", "_hz"),
     "decay_rate_per_s": ("decay_rate", "_per_s"),
@@ -28,7 +28,7 @@ _PARTS = ("", "_std_error", "_low", "_high")
 
 
 def schema() -> pa.Schema:
-    """Columns of :func:`of_files`: the file, how it ended, parameters in the file's units (displacements in
+    """Columns of :func:`of_files`: the file, its status, parameters in the file's units (displacements in
     ``friction_unit``), evidence."""
     import pyarrow as pa
 
@@ -71,7 +71,7 @@ _CONSTANTS = ("stiffness", "mass", "torsion_stiffness", "inertia")
 
 
 def checked(options: Mapping[str, Any]) -> dict[str, Any]:
-    """The options as plain numbers; those with which :func:`slipfit.ringdown` answers no file are refused before any is read.
+    """The options as plain numbers; options invalid for :func:`slipfit.ringdown` are refused before any file is read.
 
     A `min_amplitude` with a unit keeps it: each file has its own.
     """
@@ -95,7 +95,7 @@ def checked(options: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _least(value: Any, unit: str | None) -> float | Quantity | None:
-    """The least amplitude: a number in the unit of each file, or with a unit of its own."""
+    """The minimum amplitude: a number in the unit of each file, or with its own unit."""
     own = _input.unit_of_one(value)
     if value is None or not own:
         return _input.optional("min_amplitude", value)
@@ -106,7 +106,7 @@ def _least(value: Any, unit: str | None) -> float | Quantity | None:
 
 
 def of_file(name: str, contents: bytes | None, **options: Any) -> dict[str, Any]:
-    """The row of one file; one that cannot be read or analysed is a row with its reason."""
+    """The row of one file; if it cannot be read or analysed, the row contains the reason."""
     try:
         if contents is None:
             raise ValueError("the file could not be fetched")
@@ -118,7 +118,7 @@ def of_file(name: str, contents: bytes | None, **options: Any) -> dict[str, Any]
 
 
 def of_files(names: Iterable[str], contents: Iterable[bytes | None], **options: Any) -> pa.Table:
-    """A row for each file, in order."""
+    """One row per file, in order."""
     import pyarrow as pa
 
     rows = [of_file(name, data, **options) for name, data in zip(names, contents)]

@@ -1,4 +1,4 @@
-"""Files and streams by pyarrow alone."""
+"""Files and streams with pyarrow only."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     import pyarrow as pa
     from pyarrow import fs
 
-#: Files of one batch of rows.
+#: Number of files per batch of rows.
 _BATCH = 64
 
 
@@ -23,14 +23,14 @@ _BATCH = 64
 def ringdown_files(
     pattern: str, *, filesystem: fs.FileSystem | None = None, threads: int = 8, **options: Any
 ) -> pa.RecordBatchReader:
-    """Analyses every file that fits a pattern; one row a file, as they are read.
+    """Analyses every file that matches a pattern; one row per file, as they are read.
 
     Parameters
     ----------
     pattern : str
         ``s3://bucket/runs/*.csv``, ``gs://…``, a path; ``*`` in the last part only.
     filesystem : pyarrow.fs.FileSystem, optional
-        For an endpoint or keys of your own; without it that of the URI.
+        For your own endpoint or keys; by default that of the URI.
     threads : int
         Files fetched and analysed at a time. At most 64 are held.
     **options
@@ -39,13 +39,13 @@ def ringdown_files(
     Returns
     -------
     pyarrow.RecordBatchReader
-        Columns file, status, reason, model, unit, parameters, evidence. A file that
-        cannot be read or analysed is a row with its reason.
+        Columns file, status, reason, model, unit, parameters, evidence. The row of a file
+        that cannot be read or analysed contains the reason.
 
     Raises
     ------
     OptionError
-        For a pattern that no file fits.
+        For a pattern that matches no file.
     """
     import pyarrow as pa
     from pyarrow import fs

@@ -15,19 +15,19 @@ if TYPE_CHECKING:
 
 @public
 def fit(frame: daft.DataFrame, **options: Any) -> daft.DataFrame:
-    """:func:`slipfit.fit_batch` of every row of a frame.
+    """Applies :func:`slipfit.fit_batch` to every row of a frame.
 
     Parameters
     ----------
     frame : daft.DataFrame
-        With the columns that the options name; they go to the fit and no others.
+        Must have the columns that the options name; only these are passed to the fit.
     **options
         Those of :func:`slipfit.fit_batch`.
 
     Returns
     -------
     daft.DataFrame
-        Lazy; the columns of the answer, behind those of ``keep``.
+        Lazy; the columns of the answer, after those of ``keep``.
     """
     import daft
     import pyarrow as pa
@@ -36,7 +36,7 @@ def fit(frame: daft.DataFrame, **options: Any) -> daft.DataFrame:
     named = [v for k, v in options.items() if k in _COLUMNS and isinstance(v, str)]
     columns = list(dict.fromkeys([*([keep] if isinstance(keep, str) else keep), *named]))
     kinds = frame.schema().to_pyarrow_schema()
-    # Of a column that is missing, the fit says so, and which there are.
+    # If a column is missing, the error of the fit names it and lists the existing ones.
     fields = list(_batch.fit_batch(kinds.empty_table(), **options).to_pyarrow().schema)
 
     @daft.func.batch(return_dtype=daft.DataType.from_arrow_type(pa.struct(fields)))
@@ -53,7 +53,7 @@ _COLUMNS = ("amplitude", "x", "y", "signal", "dt", "time", "frequency_hz", "min_
 
 @public
 def ringdown_files(pattern: str, *, io_config: Any = None, **options: Any) -> daft.DataFrame:
-    """Analyses every file that fits a pattern, in any store that Daft reads; one row a file.
+    """Analyses every file that matches a pattern, in any store that Daft reads; one row per file.
 
     Parameters
     ----------
@@ -67,8 +67,8 @@ def ringdown_files(pattern: str, *, io_config: Any = None, **options: Any) -> da
     Returns
     -------
     daft.DataFrame
-        Lazy; columns file, status, reason, model, unit, parameters, evidence. A file that
-        cannot be fetched, read or analysed is a row with its reason.
+        Lazy; columns file, status, reason, model, unit, parameters, evidence. The row of a file
+        that cannot be fetched, read or analysed contains the reason.
     """
     import daft
     import pyarrow as pa
@@ -88,5 +88,5 @@ def ringdown_files(pattern: str, *, io_config: Any = None, **options: Any) -> da
 
 
 def _spread(frame: daft.DataFrame, fields: list[pa.Field]) -> daft.DataFrame:
-    """The fields of the one column as columns."""
+    """Expands the fields of the single column to columns."""
     return frame.select(*(frame["answer"].get(field.name).alias(field.name) for field in fields))

@@ -13,21 +13,21 @@ if TYPE_CHECKING:
 
 @public
 def fit(frame: dd.DataFrame, **options: Any) -> Any:
-    """:func:`slipfit.fit_batch` of every row of a ``dask.dataframe``, by ``map_partitions``.
+    """Applies :func:`slipfit.fit_batch` to every row of a ``dask.dataframe``, with ``map_partitions``.
 
     Columns of lists stay lists with ``dask.config.set({"dataframe.convert-string": False})``.
 
     Parameters
     ----------
     frame : dask.dataframe.DataFrame
-        With the columns that the options name.
+        Must have the columns that the options name.
     **options
         Those of :func:`slipfit.fit_batch`.
     """
     import pyarrow as pa
 
     lists = {options.get(name) for name in ("amplitude", "x", "y", "signal", "time")}
-    # An empty pandas column does not say that it holds lists.
+    # The type of an empty pandas column does not show that it holds lists.
     kinds = {c: pa.list_(pa.float64()) if c in lists else None for c in frame.columns}
     empty = pa.table({c: pa.array([], kind or _kind(frame._meta[c])) for c, kind in kinds.items()})
     meta = _batch.fit_batch(empty, **options).to_pandas()

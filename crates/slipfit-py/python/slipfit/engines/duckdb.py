@@ -14,17 +14,17 @@ if TYPE_CHECKING:
 
 @public
 def fit(relation: duckdb.DuckDBPyRelation, *, rows: int = 4096, **options: Any) -> pa.RecordBatchReader:
-    """:func:`slipfit.fit_batch` of every row of a relation, as it is read.
+    """Applies :func:`slipfit.fit_batch` to every row of a relation, as it is read.
 
     The answers are a stream that ``duckdb.sql("select … from answers")`` reads by the name of
-    the variable, from another connection: one cannot answer while its last answer is being read.
+    the variable, from another connection, because a connection cannot run a query while its last result is read.
 
     Parameters
     ----------
     relation : duckdb.DuckDBPyRelation
-        With the columns that the options name.
+        Must have the columns that the options name.
     rows : int
-        Rows held at a time.
+        Number of rows held at a time.
     **options
         Those of :func:`slipfit.fit_batch`.
     """

@@ -13,18 +13,18 @@ if TYPE_CHECKING:
 
 @public
 def fit(frame: pl.LazyFrame, **options: Any) -> pl.LazyFrame:
-    """:func:`slipfit.fit_batch` of every row, by ``map_batches``.
+    """Applies :func:`slipfit.fit_batch` to every row, with ``map_batches``.
 
     Parameters
     ----------
     frame : polars.LazyFrame
-        With the columns that the options name.
+        Must have the columns that the options name.
     **options
         Those of :func:`slipfit.fit_batch`.
     """
     empty = frame.head(0).collect()
     schema = _batch.fit_batch(empty, **options).to_polars().schema
-    # polars wants the schema as a plain dictionary.
+    # polars requires the schema as a plain dictionary.
     return frame.map_batches(
         lambda part: _batch.fit_batch(part, **options).to_polars(), schema=dict(schema), streamable=True
     )

@@ -16,12 +16,12 @@ if TYPE_CHECKING:
 
 @public
 def fit(frame: DataFrame, **options: Any) -> DataFrame:
-    """:func:`slipfit.fit_batch` of every row, by ``mapInArrow``; workers need the package.
+    """Applies :func:`slipfit.fit_batch` to every row, with ``mapInArrow``; workers need the package.
 
     Parameters
     ----------
     frame : pyspark.sql.DataFrame
-        With the columns that the options name.
+        Must have the columns that the options name.
     **options
         Those of :func:`slipfit.fit_batch`.
     """
@@ -39,12 +39,12 @@ def fit(frame: DataFrame, **options: Any) -> DataFrame:
 
 @public
 def ringdown_files(spark: SparkSession, pattern: str, **options: Any) -> DataFrame:
-    """Analyses every file that fits a pattern, by ``binaryFile``; one row a file.
+    """Analyses every file that matches a pattern, with ``binaryFile``; one row per file.
 
     Parameters
     ----------
     spark : pyspark.sql.SparkSession
-        Where it runs; workers need the package.
+        The Spark instance to use; workers need the package.
     pattern : str
         Anything Spark reads: ``s3a://bucket/runs/*.csv``.
     **options
