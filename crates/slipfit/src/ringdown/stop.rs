@@ -59,7 +59,9 @@ pub(crate) fn stop(
     let within = (criteria.rest_deviations.max(of_all) * deviation)
         .max(criteria.rest_steps * converter_step)
         .max(1e-9 * measured.points[0].amplitude);
-    let moving = (measured.points[0].first..n).rev().find(|&i| (signal[i] - position).abs() > within)?;
+    // The last block may already lie in the rest.
+    let from = measured.points[measured.points.len().saturating_sub(2)].first;
+    let moving = (from..n).rev().find(|&i| (signal[i] - position).abs() > within)?;
     if moving + 1 >= n || time[n - 1] - time[moving] < criteria.rest_periods * period {
         return None;
     }
