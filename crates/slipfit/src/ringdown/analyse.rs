@@ -5,18 +5,18 @@ use super::amplitude_fit::fit_amplitudes;
 use super::assemble;
 use super::band::beyond_filter;
 use super::baseline::{better, without_baseline};
-use super::bent_reading::straightened;
 use super::clipping::{ClippedCrests, clipped_crests};
 use super::coloured_noise::with_coloured_noise;
 use super::criteria::{ActivePartCriteria, Criteria};
 use super::evidence::Evidence;
 use super::few_cycles::fit_few_cycles;
 use super::further_laws::{try_further_laws, try_rivals_of_drag};
-use super::held::release;
 use super::hypotheses::{FittedDecay, by_waveform};
 use super::level::Baseline;
 use super::other_motion::other_motion;
+use super::release::release;
 use super::samples::{Filtered, Samples};
+use super::sensor_nonlinearity::straightened;
 use super::squared_reading::squared_reading;
 use super::steady_line::without_steady_line;
 use super::window::by_law::{change_of_law, end_of_lead_in};
@@ -213,7 +213,7 @@ fn analyse_without_line(
     let (level, answer, baseline) = about_a_level(whole, record, options, criteria)?;
     let whole = &level;
     let cut = clipped_crests_of(whole, &answer, record, options, criteria);
-    let behind = cut.filter(|_| options.start_s.is_none()).and_then(|cut| {
+    let after_clipping = cut.filter(|_| options.start_s.is_none()).and_then(|cut| {
         let options = Options { start_s: Some(cut.end_s.next_up()), ..options.clone() };
         let first = whole.time.partition_point(|t| *t <= cut.end_s);
         let rest = whole.part(first..whole.len());
@@ -223,8 +223,8 @@ fn analyse_without_line(
         let answer = analyse_part(rest.clone(), record, &options, criteria).ok()?;
         Some((rest, answer, options))
     });
-    let inside = behind.is_none();
-    let (whole, mut answer, options) = behind.unwrap_or((whole.clone(), answer, options.clone()));
+    let inside = after_clipping.is_none();
+    let (whole, mut answer, options) = after_clipping.unwrap_or((whole.clone(), answer, options.clone()));
     // This comes before the search for a second mode: a strong third harmonic, which falls three times as
     // fast, looks like one.
     answer = straightened_reading(&whole, answer, record, &options, criteria);
@@ -341,8 +341,8 @@ fn clipped_crests_of(
     options: &Options,
     criteria: &Criteria,
 ) -> Option<ClippedCrests> {
-    let told = answer.warnings.iter().any(|w| matches!(w, Warning::Clipped { .. }));
-    if told || !shows_displacement(record, options) {
+    let warned = answer.warnings.iter().any(|w| matches!(w, Warning::Clipped { .. }));
+    if warned || !shows_displacement(record, options) {
         None
     } else {
         clipped_crests(whole, answer, &criteria.clipping)

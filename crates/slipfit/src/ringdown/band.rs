@@ -4,7 +4,7 @@ use super::Answer;
 use super::criteria::{BandCriteria, Criteria};
 use super::samples::{Filtered, Samples};
 use super::second_mode::main_mode;
-use super::two_modes::mode_beside;
+use super::two_modes::mode_in_residuals;
 use super::window::{EndReason, StartReason};
 use crate::Parameter;
 use crate::signal::spectrum;
@@ -64,8 +64,8 @@ fn motion_and_band<'a>(
     };
     let mut noise = band_of_left(&samples, &motion);
     let first = samples.time.partition_point(|t| *t < answer.fit.range_s()[0]);
-    let (before, behind) = noise.split_at(first);
-    let driven_before = rms(before) > criteria.band.driven * rms(behind);
+    let (before, after) = noise.split_at(first);
+    let driven_before = rms(before) > criteria.band.driven * rms(after);
     if driven_before {
         // An impulse or a drive: the filter would smear it over the decay.
         samples = samples.part(first..samples.len());
@@ -97,7 +97,7 @@ fn without_modes_outside(
 ) -> Vec<f64> {
     let Some(main) = main_mode(answer) else { return left };
     for _ in 0..criteria.band.modes {
-        let found = mode_beside(time_s, &left, &main, None, criteria);
+        let found = mode_in_residuals(time_s, &left, &main, None, criteria);
         let Some(mode) = found.filter(|mode| !(low_hz..=high_hz).contains(&(mode.omega / TAU))) else {
             break;
         };

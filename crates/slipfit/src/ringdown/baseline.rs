@@ -60,7 +60,7 @@ pub(crate) fn without_baseline<'a>(
             let all: Vec<(f64, f64)> = time.iter().copied().zip(signal.iter().copied()).collect();
             let (curve, _) = polynomial(&all, &at, criteria.most_degree)?;
             let rough = Baseline { at, curve, range: 0.0, goes_with_motion: false };
-            dominant(time, &less(time, signal, &rough), None, lines)?.frequency_hz
+            dominant(time, &subtract(time, signal, &rough), None, lines)?.frequency_hz
         }
     };
     if !(frequency_hz * samples.duration() >= criteria.least_cycles) {
@@ -81,7 +81,7 @@ pub(crate) fn without_baseline<'a>(
     let is_parabola = curve.len() <= 3;
     let mut baseline = Baseline { at, curve, range: 0.0, goes_with_motion: false };
     baseline.goes_with_motion = goes_with_motion(&stretches, &baseline, criteria);
-    let flat = less(time, signal, &baseline);
+    let flat = subtract(time, signal, &baseline);
     baseline.range = range(signal.iter().zip(&flat).map(|(before, after)| before - after));
     // A steep parabola prevents any fit from finding frequency, rest and end.
     let first = answer.and_then(|a| a.parameter(Parameter::InitialAmplitude)).map_or(0.0, |a| a.value);
@@ -131,7 +131,7 @@ fn polynomial(values: &[(f64, f64)], at: &Position, degree: usize) -> Option<(Ve
 }
 
 /// A signal minus a baseline.
-fn less(time: &[f64], signal: &[f64], baseline: &Baseline) -> Vec<f64> {
+fn subtract(time: &[f64], signal: &[f64], baseline: &Baseline) -> Vec<f64> {
     time.iter().zip(signal).map(|(t, x)| x - baseline.value(*t)).collect()
 }
 
@@ -228,7 +228,7 @@ mod tests {
         Record::uniform(40.0, (0..2000).map(sample).collect()).expect("valid")
     }
 
-    fn told(level: fn(f64) -> f64) -> Vec<&'static str> {
+    fn warnings_of(level: fn(f64) -> f64) -> Vec<&'static str> {
         let answer = analyse(&record(level, 0), &Options::default()).expect("a ring-down");
         answer.warnings.iter().map(|w| w.code()).collect()
     }
@@ -242,8 +242,8 @@ mod tests {
         let off =
             record_0.signal().iter().enumerate().map(|(i, x)| (x - fit.signal_at(i as f64 / 40.0)).abs());
         assert!(off.filter(|off| off.is_finite()).fold(0.0, f64::max) < 0.03);
-        assert!(told(levels[0]).contains(&"baseline"));
-        assert!(told(levels[2]).contains(&"baseline"));
+        assert!(warnings_of(levels[0]).contains(&"baseline"));
+        assert!(warnings_of(levels[2]).contains(&"baseline"));
         for level in levels {
             let options = Options::default();
             assert_held(|repeat| record(level, repeat), &options, Parameter::DECAY_RATE, DELTA);
@@ -287,7 +287,7 @@ mod tests {
 
     #[test]
     fn a_level_that_the_motion_moves_is_no_baseline() {
-        let told = |reading: fn(f64, f64) -> f64, repeat: usize| {
+        let follows_motion = |reading: fn(f64, f64) -> f64, repeat: usize| {
             let oscillator = Oscillator::kinematic(7.0, DELTA, X_F).expect("valid");
             let decay = FreeDecay::from_rest(&oscillator, 1.0).expect("valid");
             let sample = |i: usize| {
@@ -303,9 +303,9 @@ mod tests {
         // A nonlinear reading, and a level that drifts by itself as fast as the square of the amplitude
         // falls.
         for repeat in 0..8 {
-            assert!(told(|x, _| x - 0.2 * x * x, repeat), "{repeat}");
-            assert!(told(|x, t| x - 0.1 * (-0.13 * t).exp() + 0.2 * x * x, repeat), "{repeat}");
-            assert!(!told(|x, t| x - 0.1 * (-0.13 * t).exp(), repeat), "{repeat}");
+            assert!(follows_motion(|x, _| x - 0.2 * x * x, repeat), "{repeat}");
+            assert!(follows_motion(|x, t| x - 0.1 * (-0.13 * t).exp() + 0.2 * x * x, repeat), "{repeat}");
+            assert!(!follows_motion(|x, t| x - 0.1 * (-0.13 * t).exp(), repeat), "{repeat}");
         }
     }
 
@@ -331,6 +331,6 @@ mod tests {
     #[test]
     fn a_straight_or_parabolic_baseline_is_part_of_every_fit() {
         let levels: [fn(f64) -> f64; 3] = [|_| 0.0, |v| 2.0 * v, |v| v * (1.0 - v)];
-        assert!(levels.into_iter().all(|level| !told(level).contains(&"baseline")));
+        assert!(levels.into_iter().all(|level| !warnings_of(level).contains(&"baseline")));
     }
 }

@@ -279,8 +279,8 @@ mod tests {
         assert_held(record, &Options::default(), Parameter::FRICTION_DISPLACEMENT, x_f);
         let answer = analyse(&record(0), &Options::default()).expect("fits");
         assert_eq!(answer.segment.start_reason, StartReason::Clipped);
-        let told = answer.warnings.iter().find(|w| matches!(w, Warning::Clipped { .. }));
-        assert!(matches!(told, Some(Warning::Clipped { samples: 4..=12, inside: false })), "{told:?}");
+        let warning = answer.warnings.iter().find(|w| matches!(w, Warning::Clipped { .. }));
+        assert!(matches!(warning, Some(Warning::Clipped { samples: 4..=12, inside: false })), "{warning:?}");
     }
 
     /// Crests that touch the ceiling for one or two samples, as with few samples per cycle.

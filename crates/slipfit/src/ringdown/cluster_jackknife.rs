@@ -8,7 +8,7 @@ use nalgebra::DVector;
 use std::f64::consts::TAU;
 
 /// Positions, among the free parameters, of those whose variance is examined.
-fn watched(fit: &Fit) -> Vec<usize> {
+fn examined_parameters(fit: &Fit) -> Vec<usize> {
     [A0, X_F, DELTA].iter().filter_map(|slot| fit.free.iter().position(|f| f == slot)).collect()
 }
 
@@ -28,7 +28,7 @@ pub(super) fn inflation_of_samples(problem: &Waveform, fit: &Fit, variance: f64,
         parts.truncate(borders.len());
     }
     let clusters: Vec<Cluster> = parts.iter().map(|rows| Cluster::from_rows(free.len(), rows)).collect();
-    variance_inflation(&clusters, &watched(fit), variance, significance)
+    variance_inflation(&clusters, &examined_parameters(fit), variance, significance)
 }
 
 /// The same for amplitudes, with `variance` at weight 1.
@@ -53,7 +53,7 @@ pub(super) fn inflation_of_amplitudes(
         .chunks(together.max(1))
         .map(|points| Cluster::from_observations(free.len(), points.iter().cloned()))
         .collect();
-    variance_inflation(&clusters, &watched(fit), variance, significance)
+    variance_inflation(&clusters, &examined_parameters(fit), variance, significance)
 }
 
 #[cfg(test)]

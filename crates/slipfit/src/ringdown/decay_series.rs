@@ -4,7 +4,7 @@ use super::envelope::{X_F, averaging_bias};
 use super::evidence::Evidence;
 use super::fitted::{FittedMotion, Knot};
 use super::quantities::frequency_known;
-use super::remainder::remaining_fundamental;
+use super::residuals::remaining_fundamental;
 use super::waveform::{BEND, CHIRP, OFFSET, OMEGA, Observable};
 use super::window_fit::Problem;
 use super::{Backbone, EnvelopePoint, LossPoint};
@@ -23,7 +23,7 @@ const KNOTS: i32 = 1024;
 const LOSS_GROUPS: usize = 24;
 const LEAST_IN_GROUP: usize = 3;
 /// Fraction of its standard error above which a difference in an amplitude is visible in the residuals.
-const SEEN: f64 = 0.1;
+const VISIBLE_DIFFERENCE: f64 = 0.1;
 
 pub(crate) fn fitted_motion(e: &Evidence, chosen: &ModelFit, law: AmplitudeLaw, omega: f64) -> FittedMotion {
     let p = &chosen.bounded.parameters;
@@ -116,7 +116,7 @@ pub(crate) fn backbone(e: &Evidence, chosen: &ModelFit, law: &AmplitudeLaw, omeg
 
 /// Residual fundamental of the fitted motion in each block of the decay, if the loss within a cycle makes the
 /// block's amplitude differ from that of the law; otherwise `None`.
-fn left_of_amplitudes(e: &Evidence, chosen: &ModelFit, law: &AmplitudeLaw) -> Option<Vec<f64>> {
+fn amplitude_residuals(e: &Evidence, chosen: &ModelFit, law: &AmplitudeLaw) -> Option<Vec<f64>> {
     let Problem::Waveform(problem) = &e.fit.problem else { return None };
     let points = &e.measured.points;
     // The fundamental lags by up to 1.5 times the loss per radian, and the square of the lag adds to the
@@ -124,7 +124,7 @@ fn left_of_amplitudes(e: &Evidence, chosen: &ModelFit, law: &AmplitudeLaw) -> Op
     let differs = |b: &Block| {
         let amplitude = law.amplitude(b.time_s - e.fit.origin);
         let lag = 1.5 * law.rate(amplitude) / (amplitude * b.omega);
-        0.5 * lag * lag * amplitude > SEEN * b.std_error(e.measured.noise_rms)
+        0.5 * lag * lag * amplitude > VISIBLE_DIFFERENCE * b.std_error(e.measured.noise_rms)
     };
     let whole_cycles = points.iter().all(|b| b.span_s * b.omega > PI);
     if !whole_cycles || !points.iter().any(differs) {
@@ -147,7 +147,7 @@ pub(crate) fn envelope_points(e: &Evidence, chosen: &ModelFit, fit: &FittedMotio
         if squared { (fit.signal_at(b.time_s).powi(2) + bias).sqrt() } else { middle + bias }
     };
     let oscillates = e.record.kind().oscillates();
-    let left = left_of_amplitudes(e, chosen, &fit.law);
+    let left = amplitude_residuals(e, chosen, &fit.law);
     let used = e.measured.points.iter().enumerate().map(|(i, b)| {
         let along_motion = left.as_ref().map(|left| b.amplitude - left[i]);
         (b, along_motion.unwrap_or_else(|| fitted(b)), true)

@@ -66,7 +66,7 @@ impl EnvelopeProblem {
     pub(crate) fn unweighted_rms(&self, p: &[f64]) -> f64 {
         let law = law_of(p, self.omega);
         let mut sum = 0.0;
-        self.walk(p, Carried::None, |j, amplitude, _| sum += self.miss(&law, j, amplitude, p).powi(2));
+        self.walk(p, Carried::None, |j, amplitude, _| sum += self.residual_at(&law, j, amplitude, p).powi(2));
         (sum / self.value.len() as f64).sqrt()
     }
 
@@ -78,12 +78,12 @@ impl EnvelopeProblem {
         }
         let law = law_of(p, self.omega);
         let mut out = Vec::with_capacity(self.value.len());
-        self.walk(p, Carried::None, |j, amplitude, _| out.push(self.miss(&law, j, amplitude, p)));
+        self.walk(p, Carried::None, |j, amplitude, _| out.push(self.residual_at(&law, j, amplitude, p)));
         out
     }
 
     /// Amplitude minus model at a point.
-    fn miss(&self, law: &AmplitudeLaw, j: usize, amplitude: f64, p: &[f64]) -> f64 {
+    fn residual_at(&self, law: &AmplitudeLaw, j: usize, amplitude: f64, p: &[f64]) -> f64 {
         let (data, model) = (self.value[j], self.model(law, amplitude, p));
         if self.squared { data.max(0.0).sqrt() - model.max(0.0).sqrt() } else { data - model }
     }

@@ -52,24 +52,24 @@ pub(crate) fn fit_few_cycles<'a>(
         return None;
     }
     let noise_rms = neighbour_noise(signal[release..].windows(3)).unwrap_or(0.0);
-    let swing = Swing { top, rest, quarter, noise_rms };
+    let first_half_cycle = FirstHalfCycle { top, rest, quarter, noise_rms };
     // The largest sample is partly noise: the motion starts where the signal leaves that level.
     let leaves = (release..crossing)
         .rev()
         .find(|&i| (signal[i] - rest).abs() >= top.abs() - c.release_noise * noise_rms)
         .unwrap_or(release);
-    let from_release = fit_from(samples, leaves, &swing, asked, criteria)?;
+    let from_release = fit_from(samples, leaves, &first_half_cycle, asked, criteria)?;
     if leaves == 0 {
         return Some(from_release);
     }
     // Most records begin with the release, so their first samples are included if they agree.
-    let whole = fit_from(samples, 0, &swing, asked, criteria);
+    let whole = fit_from(samples, 0, &first_half_cycle, asked, criteria);
     let agreeing = whole.filter(|w| describes(w, &from_release, leaves, &criteria.agreement));
     agreeing.or(Some(from_release))
 }
 
 /// The first half cycle of a motion after its release.
-struct Swing {
+struct FirstHalfCycle {
     /// Largest deflection, signed.
     top: f64,
     /// Rest position.
@@ -95,7 +95,7 @@ fn describes(whole: &FittedDecay, later: &FittedDecay, leaves: usize, criteria: 
 fn fit_from<'a>(
     samples: &'a Samples,
     release: usize,
-    swing: &Swing,
+    first_half_cycle: &FirstHalfCycle,
     asked: Option<LossModel>,
     criteria: &Criteria,
 ) -> Option<FittedDecay<'a>> {
@@ -105,7 +105,7 @@ fn fit_from<'a>(
     if n - release < c.least_samples {
         return None;
     }
-    let start = start_values(samples, release, swing)?;
+    let start = start_values(samples, release, first_half_cycle)?;
     let mut measured = MeasuredDecay {
         all: Vec::new(),
         window: DecayWindow {
@@ -118,7 +118,7 @@ fn fit_from<'a>(
         points: Vec::new(),
         law: PhaseLaw { omega: start[OMEGA], mean_omega: start[OMEGA], ..PhaseLaw::default() },
         phase_follows_law: true,
-        noise_rms: swing.noise_rms,
+        noise_rms: first_half_cycle.noise_rms,
         root_mean_squares: false,
         time_variance_s2: 0.0,
         periodogram: None,
@@ -130,14 +130,15 @@ fn fit_from<'a>(
     let law = law_of(p, p[OMEGA]);
     let duration = fit.end - fit.origin;
     let back = law.amplitude(PI / p[OMEGA]);
-    let visible = c.return_errors * sigma / (swing.quarter / duration * count).sqrt();
-    if sigma > c.most_residual * swing.noise_rms || back < c.least_return * p[A0] || back < visible {
+    let visible = c.return_errors * sigma / (first_half_cycle.quarter / duration * count).sqrt();
+    if sigma > c.most_residual * first_half_cycle.noise_rms || back < c.least_return * p[A0] || back < visible
+    {
         return None;
     }
     let Problem::Waveform(problem) = &fit.problem else { return None };
     measured.points = half_cycles(problem, p, release, sigma, c);
     // Differences of neighbouring samples overestimate the noise if there are few samples per cycle.
-    measured.noise_rms = sigma.min(swing.noise_rms);
+    measured.noise_rms = sigma.min(first_half_cycle.noise_rms);
     // There are no blocks from which to compute the residual fundamental.
     fit.excess = (sigma / measured.noise_rms).powi(2);
     fit.excess_freedom = (count - best.free.len() as f64).max(1.0);
@@ -150,9 +151,9 @@ fn fit_from<'a>(
 }
 
 /// The best of a coarse grid of frequencies, decay rates and frictions, each of which is fitted.
-fn start_values(samples: &Samples, release: usize, swing: &Swing) -> Option<Vec<f64>> {
+fn start_values(samples: &Samples, release: usize, first_half_cycle: &FirstHalfCycle) -> Option<Vec<f64>> {
     let (time, signal) = (&samples.time[release..], &samples.signal[release..]);
-    let &Swing { top, rest, quarter, .. } = swing;
+    let &FirstHalfCycle { top, rest, quarter, .. } = first_half_cycle;
     let stride = (time.len() / SEARCH_SAMPLES).max(1);
     let thin = |v: &[f64]| v.iter().step_by(stride).copied().collect::<Vec<f64>>();
     let (time, signal) = (thin(time), thin(signal));
@@ -204,7 +205,7 @@ fn start_values(samples: &Samples, release: usize, swing: &Swing) -> Option<Vec<
         if fit.rss < lowest {
             best = Some((fit.rss, fit.parameters));
         }
-        if found_again == ENOUGH {
+        if found_again == SAME_MINIMUM_COUNT {
             break;
         }
     }
@@ -217,7 +218,7 @@ const SEARCH_TOLERANCE: f64 = 0.1;
 /// Relative difference of sums of squares that belong to the same minimum, and how often it must be found
 /// again to end the search.
 const SAME_MINIMUM: f64 = 1e-3;
-const ENOUGH: usize = 4;
+const SAME_MINIMUM_COUNT: usize = 4;
 
 /// Amplitudes of the half cycles, measured along the fitted motion.
 fn half_cycles(

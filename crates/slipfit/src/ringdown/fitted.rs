@@ -1,7 +1,7 @@
 //! The fitted motion, for plotting or subtraction.
 
 use super::level::Baseline;
-use super::remainder::Harmonics;
+use super::residuals::Harmonics;
 use super::sensor_curve::SensorCurve;
 use super::two_modes::ViscousMode;
 use crate::motion::decay::amplitude::AmplitudeLaw;

@@ -127,7 +127,7 @@ mod tests {
 
     /// Number of records out of ten, each of 20 s with this noise, in which another power is reported as a
     /// rival of drag.
-    fn told(force: impl Fn(f64, f64) -> f64, noise: f64) -> usize {
+    fn count_warned(force: impl Fn(f64, f64) -> f64, noise: f64) -> usize {
         let restored = |x: f64, v: f64| -OMEGA * OMEGA * x - 2.0 * DELTA * v + force(x, v);
         let exact = motion(restored, 1.0, 4000, 0.005, 8);
         let warns = |repeat: &usize| {
@@ -144,8 +144,8 @@ mod tests {
 
     #[test]
     fn cubic_damping_that_passes_for_drag_is_told() {
-        assert!(told(|x, v| -DELTA * x * x * v, 0.01) >= 8);
-        assert_eq!(told(|_, v| -0.004 * v.abs() * v, 0.001), 0);
-        assert_eq!(told(|_, _| 0.0, 0.01), 0);
+        assert!(count_warned(|x, v| -DELTA * x * x * v, 0.01) >= 8);
+        assert_eq!(count_warned(|_, v| -0.004 * v.abs() * v, 0.001), 0);
+        assert_eq!(count_warned(|_, _| 0.0, 0.01), 0);
     }
 }

@@ -39,12 +39,12 @@ const NEAR: f64 = 0.05;
 const ROUGH: f64 = 0.25;
 /// Rise of the sum of squares above that of the reference, in variances, above which a rough description
 /// suffices: such a motion is no rival.
-const HOPELESS: f64 = 1000.0;
+const LARGE_RISE: f64 = 1000.0;
 /// Tolerated shift of a parameter, in standard errors, by the neglected terms in the fine description: for a
 /// motion as good as the reference, and as a fraction of the square root of the rise for others; then the
 /// same for motions that are no rivals.
 const FINE: f64 = 1e-3;
-const FINE_OF_HOPELESS: f64 = 1e-2;
+const FINE_AT_LARGE_RISE: f64 = 1e-2;
 /// Fraction of the sums that their differences must exceed.
 const ROUNDING: f64 = 1e-7;
 /// Number of samples whose computation takes as long as the start of a half cycle, and minimum work, in
@@ -232,20 +232,20 @@ impl Gathered {
     }
 
     /// The sums at `p` for the `free` parameters; `None` if the motion is not near the reference. The sums of
-    /// the samples after the last stretch are computed by `behind`.
+    /// the samples after the last stretch are computed by `sums_after`.
     pub(crate) fn normal_of(
         &self,
         p: &[f64],
         free: &[usize],
         closeness: Closeness,
         out: &mut Normal,
-        behind: &Behind,
+        sums_after: &SumsAfter,
     ) -> Option<()> {
         if !(is_described(p) && free.iter().all(|k| DESCRIBED.contains(k))) {
             return None;
         }
         let pass = |stretches| {
-            crate::numeric::dispatch(Pass { gathered: self, stretches, closeness, behind, p, free })
+            crate::numeric::dispatch(Pass { gathered: self, stretches, closeness, sums_after, p, free })
         };
         // For most motions the few long stretches are accurate enough.
         let finely = || pass(self.fine.as_ref().filter(|_| closeness == Closeness::Fine)?);
@@ -263,14 +263,14 @@ impl Gathered {
 
 /// Sums of the samples of a window from a given one on, for parameters that refer to a given time after the
 /// origin; returns whether they exist.
-type Behind<'a> = dyn Fn(usize, f64, &[f64], &[usize], &mut Normal) -> bool + 'a;
+type SumsAfter<'a> = dyn Fn(usize, f64, &[f64], &[usize], &mut Normal) -> bool + 'a;
 
 /// Request for the sums at a motion.
 struct Pass<'a> {
     gathered: &'a Gathered,
     stretches: &'a Stretches,
     closeness: Closeness,
-    behind: &'a Behind<'a>,
+    sums_after: &'a SumsAfter<'a>,
     p: &'a [f64],
     free: &'a [usize],
 }
@@ -332,7 +332,7 @@ impl pulp::WithSimd for Pass<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Option<Sums> {
-        let Self { gathered, stretches: Stretches { length, list }, closeness, behind, p, free } = self;
+        let Self { gathered, stretches: Stretches { length, list }, closeness, sums_after, p, free } = self;
         let drags = p[DRAG] != 0.0 || free.contains(&DRAG);
         let mut sums = Sums { products: [[0.0; LANES]; LANES], residual: [0.0; LANES], rss: 0.0 };
         let (mut cancelling, mut farthest, mut neglected) = (0.0, 0.0f64, 0.0);
@@ -413,7 +413,7 @@ impl pulp::WithSimd for Pass<'_> {
         if closeness == Closeness::Fine {
             let here: f64 = list.iter().map(|stretch| stretch.sums.rss).sum();
             let rise = (sums.rss - here).max(0.0);
-            let part = if rise * samples > HOPELESS * gathered.rss { FINE_OF_HOPELESS } else { FINE };
+            let part = if rise * samples > LARGE_RISE * gathered.rss { FINE_AT_LARGE_RISE } else { FINE };
             if !(neglected * samples <= FINE * FINE * gathered.rss + part * part * rise * samples) {
                 return None;
             }
@@ -427,7 +427,7 @@ impl pulp::WithSimd for Pass<'_> {
             let mut there = p.to_vec();
             (there[A0], there[PHASE]) = (end.amplitude, end.phase);
             let mut found = Normal::zeros(COUNT);
-            if !behind(from, from_s, &there, active, &mut found) {
+            if !sums_after(from, from_s, &there, active, &mut found) {
                 return None;
             }
             let (mut products, mut residual) = ([[0.0; LANES]; LANES], [0.0; LANES]);
@@ -445,7 +445,7 @@ impl pulp::WithSimd for Pass<'_> {
             sums.add(simd, &products, &residual, &rows);
         }
         let rise = (sums.rss - gathered.rss) * samples;
-        if closeness == Closeness::Coarse && farthest > NEAR && !(rise > HOPELESS * gathered.rss) {
+        if closeness == Closeness::Coarse && farthest > NEAR && !(rise > LARGE_RISE * gathered.rss) {
             return None;
         }
         // For exact samples the residuals are pure rounding errors.

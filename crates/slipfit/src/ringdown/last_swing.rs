@@ -18,9 +18,9 @@ use std::f64::consts::PI;
 const STEPS_PER_FRICTION: f64 = 3.0;
 const STEPS: [usize; 2] = [8, 80];
 /// Number of minima along the search that are refined.
-const DESCENDED: usize = 3;
+const CANDIDATES: usize = 3;
 /// Standard errors beyond which a minimum counts as a different one.
-const APART: f64 = 0.3;
+const LEAST_SEPARATION: f64 = 0.3;
 
 /// The lowest minimum over all possible last swings.
 pub(super) struct LastSwing {
@@ -50,7 +50,7 @@ impl LastSwing {
             fit = closer.unwrap_or(fit);
         }
         let variance = fit.rss / (problem.observations() - fit.free.len() as f64).max(1.0);
-        let apart = APART * fit.unit_std(X_F) * variance.sqrt();
+        let apart = LEAST_SEPARATION * fit.unit_std(X_F) * variance.sqrt();
         let is_other = |other: &Fit| (other.parameters[X_F] - fit.parameters[X_F]).abs() > apart;
         let most = fit.rss + criteria.last_swing_variances * variance * inflation(&fit);
         minima.retain(|other| is_other(other) && other.rss <= most);
@@ -73,23 +73,24 @@ fn other_minima(problem: &Waveform, fit: &Fit, errors: f64) -> Option<Vec<Fit>> 
     let steps = ((reach / finest).ceil() as usize).clamp(STEPS[0], STEPS[1]);
     let step = reach / steps as f64;
     let mut sums = Normal::zeros(problem.parameters());
-    let seen: Vec<(f64, Vec<f64>)> = (0..=2 * steps)
+    let evaluated: Vec<(f64, Vec<f64>)> = (0..=2 * steps)
         .map(|i| x_f + step * (i as f64 - steps as f64))
         .filter(|x| *x > 0.0)
         .filter_map(|x| given(&motion, &[(X_F, x)]))
         .filter_map(|(_, p)| problem.normal_of(&p, &[], &mut sums, f64::INFINITY).then_some((sums.rss, p)))
         .collect();
-    let turns: Vec<f64> = seen.iter().map(|(_, p)| last_turn(p)).collect();
+    let turns: Vec<f64> = evaluated.iter().map(|(_, p)| last_turn(p)).collect();
     // Each number of swings has a separate minimum, which a step may pass over.
-    let at = |i: usize, turn: f64| if turns.get(i) == Some(&turn) { seen[i].0 } else { f64::INFINITY };
+    let at = |i: usize, turn: f64| if turns.get(i) == Some(&turn) { evaluated[i].0 } else { f64::INFINITY };
     let lowest = |i: &usize| {
-        let (rss, turn) = (seen[*i].0, turns[*i]);
+        let (rss, turn) = (evaluated[*i].0, turns[*i]);
         rss <= at(i + 1, turn) && (*i == 0 || rss <= at(i - 1, turn))
     };
-    let minima: Vec<usize> = (0..seen.len()).filter(lowest).collect();
-    let rss: Vec<f64> = minima.iter().map(|i| seen[*i].0).collect();
-    let descend = |i: usize| minimise_until(problem, &seen[minima[i]].1, &fit.free, STEP_TOLERANCE, true);
-    Some(ascending(&rss).into_iter().take(DESCENDED).filter_map(descend).collect())
+    let minima: Vec<usize> = (0..evaluated.len()).filter(lowest).collect();
+    let rss: Vec<f64> = minima.iter().map(|i| evaluated[*i].0).collect();
+    let descend =
+        |i: usize| minimise_until(problem, &evaluated[minima[i]].1, &fit.free, STEP_TOLERANCE, true);
+    Some(ascending(&rss).into_iter().take(CANDIDATES).filter_map(descend).collect())
 }
 
 /// Whether one swing more or less would change the samples too little to be detected: the mass stops close to

@@ -39,7 +39,7 @@ fn shape(residuals: &[Residual], criteria: &MisfitCriteria) -> MisfitShape {
         return MisfitShape::End { from_s: residuals[kept].0 };
     }
     let most_left = (1.0 - criteria.explained) * all;
-    let cubic = left(residuals, |u, _| vec![1.0, u, u * u, u * u * u]);
+    let cubic = residual_sum_of_squares(residuals, |u, _| vec![1.0, u, u * u, u * u * u]);
     let (corner, broken) = kink(residuals);
     let (frequency_hz, periodic) = wobble(residuals);
     // Any smooth arc resembles a broken line.
@@ -55,7 +55,7 @@ fn shape(residuals: &[Residual], criteria: &MisfitCriteria) -> MisfitShape {
 
 /// Residual sum of squares of a linear model in time; `row` gets the time scaled to 0 to 1 and the time in s
 /// from the start.
-fn left(residuals: &[Residual], row: impl Fn(f64, f64) -> Vec<f64>) -> f64 {
+fn residual_sum_of_squares(residuals: &[Residual], row: impl Fn(f64, f64) -> Vec<f64>) -> f64 {
     let (from_s, to_s) = (residuals[0].0, residuals[residuals.len() - 1].0);
     let u = |t: f64| (t - from_s) / (to_s - from_s);
     let columns = row(0.0, 0.0).len();
@@ -72,14 +72,14 @@ fn kink(residuals: &[Residual]) -> (f64, f64) {
     (1..CORNERS)
         .map(|i| {
             let corner = i as f64 / CORNERS as f64;
-            let broken = left(residuals, |u, _| vec![1.0, u, (u - corner).max(0.0)]);
+            let broken = residual_sum_of_squares(residuals, |u, _| vec![1.0, u, (u - corner).max(0.0)]);
             (from_s + corner * (to_s - from_s), broken)
         })
         .fold((from_s, f64::INFINITY), |best, next| if next.1 < best.1 { next } else { best })
 }
 
 /// Limits of the number of periods along the decay: minimum in half periods, maximum in whole periods.
-const LEAST_PERIODS: usize = 5;
+const LEAST_HALF_PERIODS: usize = 5;
 const MOST_PERIODS: usize = 60;
 
 /// The best-fitting sinusoid with linearly varying amplitude: its frequency and residual sum of squares.
@@ -87,10 +87,10 @@ fn wobble(residuals: &[Residual]) -> (f64, f64) {
     let duration_s = residuals[residuals.len() - 1].0 - residuals[0].0;
     // In steps of half a period, up to one period per four points.
     let most = MOST_PERIODS.min(residuals.len() / 4);
-    (LEAST_PERIODS..=2 * most)
+    (LEAST_HALF_PERIODS..=2 * most)
         .map(|halves| {
             let periods = 0.5 * halves as f64;
-            let periodic = left(residuals, |u, _| {
+            let periodic = residual_sum_of_squares(residuals, |u, _| {
                 let (sin, cos) = (TAU * periods * u).sin_cos();
                 vec![sin, cos, u * sin, u * cos]
             });

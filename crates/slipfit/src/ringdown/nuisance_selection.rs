@@ -45,7 +45,7 @@ impl NuisanceSelection {
             }
             let candidate = self.most_promising(problem, &sums).filter(|(_, gain)| *gain > self.price);
             let Some((term, _)) = candidate else { break };
-            let wider = self.beside(term);
+            let wider = self.with_term(term);
             let Some(next) = minimum(problem, &self.fit.parameters, &self.free(&wider)) else { break };
             self.nuisance = wider;
             self.fit = next;
@@ -67,7 +67,7 @@ impl NuisanceSelection {
         let alone = promised(&self.nuisance)?;
         let others = OPTIONAL.into_iter().filter(|o| !self.nuisance.contains(o));
         let others = others.filter(|&o| o != OFFSET + 2 || self.nuisance.contains(&(OFFSET + 1)));
-        let gains = others.filter_map(|o| Some((o, (promised(&self.beside(o))? - alone) / variance)));
+        let gains = others.filter_map(|o| Some((o, (promised(&self.with_term(o))? - alone) / variance)));
         gains.max_by(|a, b| a.1.total_cmp(&b.1))
     }
 
@@ -106,7 +106,7 @@ impl NuisanceSelection {
         in_order(&self.basic, nuisance)
     }
 
-    fn beside(&self, term: usize) -> Vec<usize> {
+    fn with_term(&self, term: usize) -> Vec<usize> {
         self.nuisance.iter().copied().chain([term]).collect()
     }
 }

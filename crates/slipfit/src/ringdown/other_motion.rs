@@ -48,11 +48,11 @@ pub(crate) fn other_motion(
     let others = |run: &Range<usize>| run.len() >= criteria.least_cycles && !run.contains(&first);
     let runs: Vec<Range<usize>> = runs(&motions, criteria.rest_cycles).into_iter().filter(others).collect();
     let before = runs.iter().rfind(|run| run.end <= first);
-    let behind = runs.iter().find(|run| run.start > last);
+    let after = runs.iter().find(|run| run.start > last);
     let longest = runs.iter().max_by_key(|run| run.len())?;
     let samples_of = |run: &Range<usize>| windows[run.start].start..windows[run.end - 1].end;
     let own = before.map_or(0, |run| windows[run.end].start)
-        ..behind.map_or(samples.len(), |run| windows[run.start - 1].start);
+        ..after.map_or(samples.len(), |run| windows[run.start - 1].start);
     Some(OtherMotion { range: samples_of(longest), own })
 }
 
@@ -125,7 +125,7 @@ mod tests {
         Record::uniform(50.0, signal).expect("valid").with_unit("rad")
     }
 
-    fn told(answer: &Answer) -> Option<[f64; 2]> {
+    fn warned_range(answer: &Answer) -> Option<[f64; 2]> {
         answer.warnings.iter().find_map(|w| match w {
             Warning::OtherMotion { from_s, to_s } => Some([*from_s, *to_s]),
             _ => None,
@@ -139,19 +139,19 @@ mod tests {
         assert_held(record, &options, Parameter::DECAY_RATE, DELTA);
         assert_held(record, &options, Parameter::FRICTION_DISPLACEMENT, 6e-4);
         let answer = analyse(&record(0), &options).expect("a ring-down");
-        let [from_s, to_s] = told(&answer).expect("told");
+        let [from_s, to_s] = warned_range(&answer).expect("a warning");
         let other = Options { start_s: Some(from_s), end_s: Some(to_s), ..options };
         let other = analyse(&record(0), &other).expect("a ring-down");
         assert!(other.segment.start_s >= from_s && other.segment.end_s <= to_s);
         assert!(answer.segment.end_s <= from_s || answer.segment.start_s >= to_s);
-        assert_eq!(told(&other), None);
+        assert_eq!(warned_range(&other), None);
     }
 
     #[test]
     fn one_release_has_no_other() {
         for of in [&[(0.1, 60.0)][..], &[(1e-3, 20.0), (0.1, 60.0)], &[(0.1, 2.0), (0.12, 60.0)]] {
             let answer = analyse(&releases(of, 0), &Options::default()).expect("a ring-down");
-            assert_eq!(told(&answer), None, "{of:?}");
+            assert_eq!(warned_range(&answer), None, "{of:?}");
         }
     }
 }

@@ -138,7 +138,7 @@ fn loss_term(e: &Evidence, chosen: &ModelFit, term: LossTerm, counted: &mut Vec<
         if curved {
             found.std_error = found.std_error.max(error_of_interval(found.value, found.interval));
         }
-        beside_smaller_models(comparison, fit, slot(term), beside_other_minima(e, fit, found, most))
+        with_smaller_models(comparison, fit, slot(term), with_other_minima(e, fit, found, most))
     });
     let found = non_negative(found, present, Parameter::Loss(term).unit(e.record.unit()));
     with_absent_losses(e, chosen, (slot(term), Some(term)), found, counted)
@@ -157,7 +157,7 @@ fn is_near_another_last_swing(e: &Evidence, fit: &ModelFit) -> bool {
 }
 
 /// Widens an estimate between zero and `most` if there are several minima.
-fn beside_other_minima(e: &Evidence, fit: &ModelFit, found: Estimate, most: Option<f64>) -> Estimate {
+fn with_other_minima(e: &Evidence, fit: &ModelFit, found: Estimate, most: Option<f64>) -> Estimate {
     if !e.fit.several_minima {
         return found;
     }
@@ -168,7 +168,7 @@ fn beside_other_minima(e: &Evidence, fit: &ModelFit, found: Estimate, most: Opti
 /// For a model with a loss of fitted shape: extends an interval to the values of smaller models that lie
 /// within the likelihood ratio of a 95 % interval. The profile is no higher there, although the search along
 /// a curved valley may not reach it.
-fn beside_smaller_models(
+fn with_smaller_models(
     comparison: &ModelComparison,
     fit: &ModelFit,
     slot: usize,
@@ -191,7 +191,7 @@ fn beside_smaller_models(
 }
 
 /// Relative standard error assigned to the viscous loss of a model that has none.
-const SURE: f64 = 1e-3;
+const ABSENT_LOSS_ERROR: f64 = 1e-3;
 
 /// The interval widened by losses that the model lacks and the data do not exclude, either added to its own
 /// losses or replacing the viscous one; unchanged if the model was requested. `counted` collects those that
@@ -209,7 +209,7 @@ fn with_absent_losses(
     let comparison = &e.fit.comparison;
     let (mut terms, mut others) = absent_losses(comparison, chosen, of, &[(k, 1.0)], &q, slot);
     let value = |fit: &ModelFit| match of {
-        Some(LossTerm::Viscous) => (0.0, SURE * q.std_error),
+        Some(LossTerm::Viscous) => (0.0, ABSENT_LOSS_ERROR * q.std_error),
         _ => (fit.bounded.parameters[k], comparison.noise.std_error(&fit.bounded, k)),
     };
     let (in_place, exchanged) = exchanged_losses(comparison, chosen, value);
@@ -271,7 +271,7 @@ fn initial_amplitude(e: &Evidence, chosen: &ModelFit) -> Quantity {
         non_negative: &slots,
         other_minima: &e.fit.other_minima,
     };
-    let found = beside_other_minima(e, chosen, profile.two_sided(A0, true), None);
+    let found = with_other_minima(e, chosen, profile.two_sided(A0, true), None);
     let half = (found.interval[1] - found.interval[0]) / (2.0 * Z_95);
     Quantity {
         value: found.value,

@@ -212,15 +212,15 @@ mod tests {
     fn amplitudes_that_nobody_called_so_are_told() {
         let time: Vec<f64> = (0..600).map(|i| 0.05 * f64::from(i)).collect();
         let falls = |t: f64, friction: f64| (10.0 * (-0.1 * t).exp() - friction * t).max(0.0);
-        let told = |value: &dyn Fn(usize, f64) -> f64| {
+        let error_of = |value: &dyn Fn(usize, f64) -> f64| {
             let signal: Vec<f64> = time.iter().enumerate().map(|(i, t)| value(i, *t)).collect();
             let record = Record::new(time.clone(), signal).expect("valid");
             analyse(&record, &Options::default()).err()
         };
         for friction in [0.0, 0.02, 0.4] {
             for noise in [0.0, 0.05] {
-                let error =
-                    told(&|i, t| (falls(t, friction) + noise * jitter(i, 7)).abs()).expect("no oscillation");
+                let error = error_of(&|i, t| (falls(t, friction) + noise * jitter(i, 7)).abs())
+                    .expect("no oscillation");
                 let advice = Hint::new("kind", "takes them as amplitudes").with("envelope");
                 assert_eq!(error.hints(Analysis::Ringdown)[0], advice, "{friction} {noise}");
             }
@@ -232,10 +232,10 @@ mod tests {
             &|i: usize, t: f64| 5.0 + t + 0.05 * jitter(i, 7),
         ] as [&dyn Fn(usize, f64) -> f64; 3]
         {
-            let error = told(other).expect("no oscillation");
+            let error = error_of(other).expect("no oscillation");
             assert!(!error.hints(Analysis::Ringdown).iter().any(|hint| hint.value.is_some()), "{error}");
         }
-        assert!(told(&|_, t| 20.0 + falls(t, 0.0) * (6.0 * t).cos()).is_none());
+        assert!(error_of(&|_, t| 20.0 + falls(t, 0.0) * (6.0 * t).cos()).is_none());
     }
 
     /// Many amplitudes per block, at 35 dB, long after friction has stopped the motion: the readings due to

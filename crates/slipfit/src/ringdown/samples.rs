@@ -167,8 +167,8 @@ impl<'a> Samples<'a> {
         let step = self.converter_step(criteria.blocks.distinct_values);
         let end = resolved(&self.time, &self.signal, step, &criteria.resolution);
         if step > 0.0 && (MIN_SAMPLES..self.len()).contains(&end) {
-            let behind = |column: &Cow<'a, [f64]>| part_of(column, end..column.len());
-            let rest = UnresolvedRest { time: behind(&self.time), signal: behind(&self.signal) };
+            let after_end = |column: &Cow<'a, [f64]>| part_of(column, end..column.len());
+            let rest = UnresolvedRest { time: after_end(&self.time), signal: after_end(&self.signal) };
             *self = Self { rest: Some(rest), ..self.part(0..end) };
         }
     }

@@ -2,7 +2,7 @@
 
 use super::criteria::{Criteria, TwoModesCriteria};
 use super::samples::Samples;
-use super::two_modes::{MainMode, OneMode, ViscousMode, mode_beside, weaker_of_two};
+use super::two_modes::{MainMode, OneMode, ViscousMode, mode_in_residuals, weaker_of_two};
 use super::window_fit::WAVEFORM;
 use super::{Answer, EndReason, Mode, StartReason};
 use crate::answer::Warning;
@@ -51,7 +51,7 @@ pub(crate) fn without_second_mode<'a>(
     }
     let main = main_mode(answer)?;
     let left_by_one = residuals(samples, decay.clone(), answer);
-    let (time_s, remaining) = seen(&samples.time[decay.clone()], &left_by_one);
+    let (time_s, remaining) = finite_only(&samples.time[decay.clone()], &left_by_one);
     if remaining.is_empty() {
         return None;
     }
@@ -76,14 +76,14 @@ pub(crate) fn without_second_mode<'a>(
         let found = described(part, second)?;
         Some(with_reasons_of_record(found, answer, &range, &decay, samples.len()))
     };
-    let beside = || {
-        let second = mode_beside(&time_s, &remaining, &main, None, criteria)?;
+    let in_residuals = || {
+        let second = mode_in_residuals(&time_s, &remaining, &main, None, criteria)?;
         let found = described(samples.part(decay.clone()), second)?;
         Some(with_reasons_of_record(found, answer, &decay, &decay, samples.len()))
     };
     let found = if leaves_much {
         let in_window = || if decay.end < samples.len() { pair(decay.clone()) } else { None };
-        pair(decay.start..samples.len()).or_else(in_window).or_else(beside)
+        pair(decay.start..samples.len()).or_else(in_window).or_else(in_residuals)
     } else {
         None
     };
@@ -124,7 +124,8 @@ pub(crate) fn refine<'a>(
     let rounds = if answer.diagnostics.method == WAVEFORM { ROUNDS } else { 0 };
     for _ in 0..rounds {
         let (time_s, remaining) = remaining(part, &answer);
-        let Some(closer) = mode_beside(&time_s, &remaining, &main_mode(&answer)?, Some(second), criteria)
+        let Some(closer) =
+            mode_in_residuals(&time_s, &remaining, &main_mode(&answer)?, Some(second), criteria)
         else {
             break;
         };
@@ -172,7 +173,7 @@ fn window(samples: &Samples, answer: &Answer) -> Range<usize> {
 /// Residuals of the motion of an answer in its window, with their times.
 fn remaining(samples: &Samples, answer: &Answer) -> (Vec<f64>, Vec<f64>) {
     let range = window(samples, answer);
-    seen(&samples.time[range.clone()], &residuals(samples, range, answer))
+    finite_only(&samples.time[range.clone()], &residuals(samples, range, answer))
 }
 
 /// Residuals of the motion of an answer for some of the samples; NaN where the motion is undefined.
@@ -181,7 +182,7 @@ fn residuals(samples: &Samples, range: Range<usize>, answer: &Answer) -> Vec<f64
     pairs.map(|(&t, x)| x - answer.fit.signal_at(t)).collect()
 }
 
-fn seen(time_s: &[f64], residuals: &[f64]) -> (Vec<f64>, Vec<f64>) {
+fn finite_only(time_s: &[f64], residuals: &[f64]) -> (Vec<f64>, Vec<f64>) {
     time_s.iter().zip(residuals).filter(|(_, x)| x.is_finite()).unzip()
 }
 

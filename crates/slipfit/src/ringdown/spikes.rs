@@ -181,8 +181,8 @@ mod tests {
             let moved = (with.value - without.value).abs();
             assert!(moved <= 0.2 * without.std_error, "{with:?} for {without:?}");
         }
-        let told = spiked.warnings.iter().find(|w| w.code() == "spikes");
-        assert!(matches!(told, Some(Warning::Spikes { samples: 3, .. })), "{told:?}");
+        let warning = spiked.warnings.iter().find(|w| w.code() == "spikes");
+        assert!(matches!(warning, Some(Warning::Spikes { samples: 3, .. })), "{warning:?}");
         assert!(clean.warnings.iter().all(|w| w.code() != "spikes"));
     }
 

@@ -72,14 +72,14 @@ mod tests {
         let decay = FreeDecay::from_rest(&oscillator, 0.3).expect("valid");
         let sample = |i: usize| {
             let t = i as f64 / 50.0;
-            let [before, here, behind] = [t - 1e-4, t, t + 1e-4].map(|t| decay.displacement(t.max(0.0)));
-            reading(here, (behind - before) / 2e-4) + noise * jitter(i, 5)
+            let [before, here, after] = [t - 1e-4, t, t + 1e-4].map(|t| decay.displacement(t.max(0.0)));
+            reading(here, (after - before) / 2e-4) + noise * jitter(i, 5)
         };
         let record = Record::uniform(50.0, (0..3000).map(sample).collect()).expect("valid").with_kind(kind);
         analyse(&record, &Options::default()).expect("a ring-down").warnings
     }
 
-    fn told(kind: SignalKind, reading: impl Fn(f64, f64) -> f64, noise: f64) -> Option<bool> {
+    fn warned(kind: SignalKind, reading: impl Fn(f64, f64) -> f64, noise: f64) -> Option<bool> {
         warnings(kind, reading, noise).into_iter().find_map(|w| match w {
             Warning::SquaredReading { along_pendulum } => Some(along_pendulum),
             _ => None,
@@ -94,7 +94,7 @@ mod tests {
                 let along = |angle: f64, velocity: f64| {
                     sign * (9.81 * angle.cos() + part * length * velocity * velocity)
                 };
-                assert_eq!(told(SignalKind::Acceleration, along, 0.02), Some(true), "{part}");
+                assert_eq!(warned(SignalKind::Acceleration, along, 0.02), Some(true), "{part}");
             }
         }
     }
@@ -102,12 +102,15 @@ mod tests {
     #[test]
     fn a_squared_deflection_is_told_and_the_deflection_is_not() {
         let displacement = SignalKind::Displacement;
-        assert_eq!(told(displacement, |angle, _| 2.0 + angle * angle, 2e-3), Some(false));
-        assert_eq!(told(displacement, |angle, _| 2.0 - angle * angle, 2e-3), Some(false));
-        assert_eq!(told(displacement, |angle, _| 2.0 + angle, 2e-3), None);
+        assert_eq!(warned(displacement, |angle, _| 2.0 + angle * angle, 2e-3), Some(false));
+        assert_eq!(warned(displacement, |angle, _| 2.0 - angle * angle, 2e-3), Some(false));
+        assert_eq!(warned(displacement, |angle, _| 2.0 + angle, 2e-3), None);
         // A mass on a spring with a phone on it, and one with a nonlinear sensor.
-        assert_eq!(told(SignalKind::Acceleration, |angle, _| 9.81 - 19.4 * angle, 0.02), None);
-        assert_eq!(told(SignalKind::Acceleration, |angle, _| 9.81 + 9.0 * angle + angle * angle, 0.02), None);
+        assert_eq!(warned(SignalKind::Acceleration, |angle, _| 9.81 - 19.4 * angle, 0.02), None);
+        assert_eq!(
+            warned(SignalKind::Acceleration, |angle, _| 9.81 + 9.0 * angle + angle * angle, 0.02),
+            None
+        );
     }
 
     #[test]

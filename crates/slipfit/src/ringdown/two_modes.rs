@@ -23,10 +23,10 @@ const ONE_MODE: [usize; 6] = [OMEGA, DELTA, COSINE, SINE, OFFSET, OFFSET + 1];
 /// The same for a steady mode.
 const STEADY: [usize; 5] = [OMEGA, COSINE, SINE, OFFSET, OFFSET + 1];
 /// Number of samples per cycle kept by averaging, and number of samples above which averages are used.
-const KEPT_PER_CYCLE: f64 = 12.0;
+const SAMPLES_PER_CYCLE: f64 = 12.0;
 const MOST_SAMPLES: usize = 20_000;
 /// Number of samples, distributed over the record, used in the search.
-const SEARCHED: usize = 1_500;
+const SEARCH_SAMPLES: usize = 1_500;
 
 /// A viscous mode, `x = Re[(a - ib) e^((i omega - delta)(t - t0))]`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -78,13 +78,13 @@ pub(crate) fn weaker_of_two(
 ) -> Option<ViscousMode> {
     let (lines, criteria) = (&criteria.spectrum, &criteria.two_modes);
     let problem = Modes::thinned(time_s, signal, omega)?;
-    let some = problem.spread(SEARCHED);
+    let some = problem.spread(SEARCH_SAMPLES);
     let found = fit_pair(&problem, &some, [omega, decay_rate], lines)?;
     let noise = one_mode.noise.min(one_mode.mean_square);
     let most = noise + criteria.most_left * (one_mode.mean_square - noise);
     let [from_s, to_s] = one_mode.window_s;
     let small = to_s - from_s < criteria.small_window * problem.duration;
-    let describes = some.mean_square_left(&found.parameters, one_mode.window_s) < most
+    let describes = some.mean_square_residual(&found.parameters, one_mode.window_s) < most
         || small && found.rss < criteria.most_power_left * some.power();
     if !describes {
         return None;
@@ -102,7 +102,7 @@ pub(crate) fn weaker_of_two(
 
 /// A viscous mode in the residuals of a motion, started from its last estimate or, without one, from the
 /// strongest line in the residuals.
-pub(crate) fn mode_beside(
+pub(crate) fn mode_in_residuals(
     time_s: &[f64],
     left: &[f64],
     main: &MainMode,
@@ -217,7 +217,7 @@ impl Modes {
             return None;
         }
         let per_cycle = n as f64 / (time_s[n - 1] - time_s[0]) * TAU / omega;
-        let width = (n / MOST_SAMPLES).min((per_cycle / KEPT_PER_CYCLE) as usize).max(1);
+        let width = (n / MOST_SAMPLES).min((per_cycle / SAMPLES_PER_CYCLE) as usize).max(1);
         let (time, signal) = spectrum::averaged(time_s, signal, width);
         Some(Self { origin: time[0], duration: time[time.len() - 1] - time[0], time, signal })
     }
@@ -274,7 +274,7 @@ impl Modes {
         Self { time: of(&self.time), signal: of(&self.signal), ..*self }
     }
 
-    fn mean_square_left(&self, p: &[f64], [from_s, to_s]: [f64; 2]) -> f64 {
+    fn mean_square_residual(&self, p: &[f64], [from_s, to_s]: [f64; 2]) -> f64 {
         let residuals = self.residuals(p);
         let inside = self.time.iter().zip(&residuals).filter(|(t, _)| (from_s..=to_s).contains(*t));
         let (sum, count) = inside.fold((0.0, 0.0), |(sum, count), (_, r)| (sum + r * r, count + 1.0));
@@ -425,9 +425,9 @@ mod tests {
             .collect();
         let main = MainMode { omega: TAU * 0.7, decay_rate: 0.012, amplitude: 1.0 };
         let criteria = Criteria::default();
-        let first = mode_beside(&time, &left, &main, None, &criteria).expect("a line is left");
+        let first = mode_in_residuals(&time, &left, &main, None, &criteria).expect("a line is left");
         assert_second(&first, 0.805, 0.2);
-        let again = mode_beside(&time, &left, &main, Some(first), &criteria).expect("still there");
+        let again = mode_in_residuals(&time, &left, &main, Some(first), &criteria).expect("still there");
         assert!((again.omega - first.omega).abs() < 0.1 * first.std_errors[0]);
     }
 

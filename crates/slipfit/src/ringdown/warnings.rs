@@ -21,8 +21,9 @@ fn too_short(e: &Evidence, answer: &Answer) -> bool {
     };
     let stops =
         e.measured.window.end_reason == EndReason::Rest && answer.sliding.p_value < criteria.certain_sliding;
-    let told = determined(Parameter::FRICTION_DISPLACEMENT) && (determined(Parameter::DECAY_RATE) || stops);
-    e.record.kind().oscillates() && e.cycles < criteria.few_cycles && !told
+    let is_determined =
+        determined(Parameter::FRICTION_DISPLACEMENT) && (determined(Parameter::DECAY_RATE) || stops);
+    e.record.kind().oscillates() && e.cycles < criteria.few_cycles && !is_determined
 }
 
 /// Whether the two losses cannot be separated, judged by their correlation; not if sliding is certain.
@@ -178,7 +179,7 @@ mod tests {
 
     /// Number of records out of six, each of 40 s at 40 samples per second and 44 dB, in which a warning is
     /// given.
-    fn told(code: &str, motion: impl Fn(f64) -> f64) -> usize {
+    fn count_warned(code: &str, motion: impl Fn(f64) -> f64) -> usize {
         let exact: Vec<f64> = (0..1600).map(|i| motion(i as f64 / 40.0)).collect();
         let warns = |repeat: &usize| {
             let noisy = exact.iter().enumerate().map(|(i, x)| x + 0.006 * jitter(i + 1600 * repeat, 7));
@@ -211,10 +212,10 @@ mod tests {
     #[test]
     fn a_frequency_that_drifts_is_told_and_one_that_depends_on_the_amplitude_is_not() {
         let drifting = |t: f64| amplitude(t) * (OMEGA * t * (1.0 + 0.005 * t / 80.0)).cos();
-        assert_eq!(told("frequency_drift", drifting), 6);
+        assert_eq!(count_warned("frequency_drift", drifting), 6);
         // Phase lag for the frequency omega (1 - 0.02 A²).
         let lag = |t: f64| 0.01 * OMEGA / DELTA * (1.0 - amplitude(t).powi(2));
-        assert_eq!(told("frequency_drift", |t| amplitude(t) * (OMEGA * t - lag(t)).cos()), 0);
+        assert_eq!(count_warned("frequency_drift", |t| amplitude(t) * (OMEGA * t - lag(t)).cos()), 0);
     }
 
     #[test]
@@ -225,16 +226,16 @@ mod tests {
                 amplitude(t) * (OMEGA * t).cos() + kick * amplitude(since) * (OMEGA * since).sin()
             }
         };
-        assert_eq!(told("phase_step", knocked(0.06)), 6);
-        assert_eq!(told("phase_step", knocked(0.0)), 0);
+        assert_eq!(count_warned("phase_step", knocked(0.06)), 6);
+        assert_eq!(count_warned("phase_step", knocked(0.0)), 0);
     }
 
     #[test]
     fn an_amplitude_off_the_law_by_six_errors_is_a_misfit_below_twice_the_noise() {
         let wobbling =
             |part: f64| move |t: f64| amplitude(t) * (1.0 + part * (0.9 * t).cos()) * (OMEGA * t).cos();
-        assert!(told("model_misfit", wobbling(0.007)) >= 4);
-        assert_eq!(told("model_misfit", wobbling(0.0)), 0);
+        assert!(count_warned("model_misfit", wobbling(0.007)) >= 4);
+        assert_eq!(count_warned("model_misfit", wobbling(0.0)), 0);
     }
 
     #[test]
@@ -252,7 +253,7 @@ mod tests {
                 reading
             })
             .collect();
-        assert_eq!(told("play", |t| with_play[(40.0 * t).round() as usize]), 6);
-        assert_eq!(told("play", |t| sliding.displacement(t)), 0);
+        assert_eq!(count_warned("play", |t| with_play[(40.0 * t).round() as usize]), 6);
+        assert_eq!(count_warned("play", |t| sliding.displacement(t)), 0);
     }
 }

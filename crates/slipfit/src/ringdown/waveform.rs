@@ -151,7 +151,7 @@ impl Waveform<'_> {
         let sums = |from: usize, from_s: f64, p: &[f64], active: &[usize], out: &mut Normal| {
             let (time, signal) = (&self.time[from..], &self.signal[from..]);
             let origin = self.origin + from_s;
-            let behind = Waveform {
+            let after = Waveform {
                 time,
                 signal,
                 observable: self.observable,
@@ -164,7 +164,7 @@ impl Waveform<'_> {
                 active: Vec::new(),
                 gathered: None,
             };
-            behind.pass(p, active, out, None)
+            after.pass(p, active, out, None)
         };
         gathered.normal_of(p, free, *closeness, out, &sums).is_some()
     }

@@ -7,7 +7,7 @@ use super::envelope::{A0, DELTA, DRAG, X_F, law_of};
 use super::last_swing::{LastSwing, is_hidden};
 use super::measured::MeasuredDecay;
 use super::nuisance_selection::{ALWAYS, NuisanceSelection, OPTIONAL, in_order, minimum};
-use super::remainder::{Remainder, harmonics};
+use super::residuals::{Residuals, harmonics};
 use super::samples::{Filtered, Samples};
 use super::wandering_phase::WanderingPhase;
 use super::waveform::{
@@ -134,7 +134,7 @@ fn fit_with_rest<'a>(
     let (mut several_minima, mut other_minima) = (side_minima, Vec::new());
     let hidden = || is_hidden(&problem, &fit, criteria.waveform.last_swing_variances);
     if rest != RestLevel::Free && stops(&fit, duration) && (side_minima || few && hidden()) {
-        let inflation = |fit: &Fit| window.remainder(&problem, fit).serial_inflation;
+        let inflation = |fit: &Fit| window.residual_statistics(&problem, fit).serial_inflation;
         let last = LastSwing::search(&problem, fit, inflation, &criteria.waveform);
         fit = last.fit;
         several_minima = !last.others.is_empty();
@@ -152,7 +152,8 @@ fn fit_with_rest<'a>(
         Search { asked, models, begun: Some(&fit), side_minima, last, criteria: &criteria.inference };
     let comparison = compare(&problem, &fit.parameters, &nuisance, noise, whole, search);
     let best = &comparison.preferred()?.bounded;
-    let Left { remainder: left, wandering, serial_inflation } = window.remainder(&problem, best);
+    let ResidualStatistics { residuals: left, wandering, serial_inflation } =
+        window.residual_statistics(&problem, best);
     let least = criteria.sensor.samples_per_cycle;
     let harmonics = harmonics(&problem, range.start, &left, best, &measured.points, least);
     noise.variance_inflation = serial_inflation;
@@ -186,8 +187,8 @@ fn fit_with_rest<'a>(
 }
 
 /// Residual statistics of a motion.
-struct Left {
-    remainder: Remainder,
+struct ResidualStatistics {
+    residuals: Residuals,
     wandering: Option<WanderingPhase>,
     /// Factor by which the variance of the parameters exceeds that under white noise (variance inflation).
     serial_inflation: f64,
@@ -298,11 +299,11 @@ impl<'a> WindowSamples<'a, '_> {
         fit.rss / self.range.len() as f64 / self.measured.noise_rms.powi(2)
     }
 
-    fn remainder(&self, problem: &Waveform, fit: &Fit) -> Left {
-        let remainder = Remainder::new(problem, self.range.start, fit, &self.measured.points);
+    fn residual_statistics(&self, problem: &Waveform, fit: &Fit) -> ResidualStatistics {
+        let residuals = Residuals::new(problem, self.range.start, fit, &self.measured.points);
         let wandering = WanderingPhase::of(problem, fit, self.measured.noise_rms, &self.criteria.phase);
-        let serial_inflation = remainder.variance_inflation_beside(wandering, self.criteria);
-        Left { remainder, wandering, serial_inflation }
+        let serial_inflation = residuals.variance_inflation_with_walk(wandering, self.criteria);
+        ResidualStatistics { residuals, wandering, serial_inflation }
     }
 }
 

@@ -3,7 +3,7 @@
 
 use super::criteria::AnswerCriteria;
 use super::envelope::EnvelopeProblem;
-use super::remainder::Harmonics;
+use super::residuals::Harmonics;
 use super::wandering_phase::WanderingPhase;
 use super::waveform::Waveform;
 use crate::inference::evidence::chi_square_tail;

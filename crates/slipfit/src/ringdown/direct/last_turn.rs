@@ -13,25 +13,25 @@ use std::f64::consts::PI;
 
 /// Number of initial parts of the record that are tried as the motion, and the factor by which each is
 /// shorter than the last.
-const SHORTER: f64 = 0.82;
+const PART_RATIO: f64 = 0.82;
 const PARTS: usize = 20;
 /// Minimum number of half cycles and of samples per part.
 const LEAST_TURNS: f64 = 1.5;
 const LEAST_SAMPLES: usize = 8;
 /// Number of turning points examined on either side of the lowest minimum.
-const BESIDE: usize = 3;
+const TURNS_PER_SIDE: usize = 3;
 /// Number of turning points after the start that are examined.
-const FIRST: usize = 4;
+const FIRST_TURNS: usize = 4;
 /// Number of motions, those with the lowest sum of squares, whose stop is searched for.
-const DESCENDED: usize = 8;
+const CANDIDATES: usize = 8;
 /// Number of times a search that has not converged is continued.
-const AGAIN: usize = 4;
+const MOST_CONTINUATIONS: usize = 4;
 /// Number of steps along the boundary of the motions that stop at a turning point.
 const EDGE_STEPS: usize = 12;
 
 /// Amplitude that remains at the turning point `n` after friction is overcome: the motion continues if it is
 /// positive.
-fn swing(&[a0, x_f, delta, phase, omega, _]: &[f64; 6], n: f64) -> f64 {
+fn remaining_amplitude(&[a0, x_f, delta, phase, omega, _]: &[f64; 6], n: f64) -> f64 {
     let fall = Fall::after(delta, (n * PI - phase) / omega);
     a0 * fall.e - x_f * (sliding_gain(delta, omega)[0] * fall.g + 1.0)
 }
@@ -44,18 +44,22 @@ fn turn_after(p: &[f64; 6], t: f64) -> f64 {
 /// The turning point at which friction stops the motion, if before `last`.
 fn stop_of(p: &[f64; 6], last: f64) -> Option<f64> {
     let (mut moves, mut rests) = ((p[3] / PI).floor(), turn_after(p, last));
-    if !(p[4] > 0.0 && rests - moves < 1e9) || swing(p, rests) > 0.0 {
+    if !(p[4] > 0.0 && rests - moves < 1e9) || remaining_amplitude(p, rests) > 0.0 {
         return None;
     }
     while rests - moves > 1.0 {
         let middle = (0.5 * (moves + rests)).floor();
-        if swing(p, middle) <= 0.0 { rests = middle } else { moves = middle }
+        if remaining_amplitude(p, middle) <= 0.0 { rests = middle } else { moves = middle }
     }
     Some(rests)
 }
 
 /// The lowest minimum among motions near `stopping`, which stops, and `known`, which does not.
-pub(super) fn beside(samples: &Samples<'_>, stopping: &[f64; 6], known: Minimum<6>) -> Option<Minimum<6>> {
+pub(super) fn near_stopping(
+    samples: &Samples<'_>,
+    stopping: &[f64; 6],
+    known: Minimum<6>,
+) -> Option<Minimum<6>> {
     let mut stops = Stops { samples, known: Vec::new() };
     stops.about(stopping);
     stops.lowest(Some(known))
@@ -75,7 +79,7 @@ pub(super) fn of_any_part(
     let (origin, n) = (samples.time[0], samples.time.len());
     let duration = samples.time[n - 1] - origin;
     let first = (start[3] / PI).floor();
-    let mut motions: Vec<(f64, [f64; 6])> = (1..=FIRST).map(|k| (first + k as f64, *start)).collect();
+    let mut motions: Vec<(f64, [f64; 6])> = (1..=FIRST_TURNS).map(|k| (first + k as f64, *start)).collect();
     let mut end = duration;
     for _ in 0..PARTS {
         let count = samples.time.partition_point(|t| t - origin <= end);
@@ -94,13 +98,13 @@ pub(super) fn of_any_part(
                 break;
             }
         }
-        end *= SHORTER;
+        end *= PART_RATIO;
     }
     let rss =
         |(turn, p): &(f64, [f64; 6])| samples.sums(p, Stop::Turn(*turn)).map_or(f64::INFINITY, |s| s.rss);
     let mut motions: Vec<_> = motions.iter().map(|motion| (rss(motion), motion)).collect();
     motions.sort_by(|a, b| a.0.total_cmp(&b.0));
-    for (_, (turn, p)) in motions.into_iter().take(DESCENDED) {
+    for (_, (turn, p)) in motions.into_iter().take(CANDIDATES) {
         stops.offer(*turn, p);
     }
     stops.lowest(known)
@@ -117,7 +121,7 @@ impl Stops<'_> {
     /// valley.
     fn fit(&self, from: [f64; 6], stop: Stop) -> Option<Minimum<6>> {
         let mut found = self.samples.fit(from, stop)?;
-        for _ in 0..AGAIN {
+        for _ in 0..MOST_CONTINUATIONS {
             if found.converged {
                 break;
             }
@@ -158,7 +162,7 @@ impl Stops<'_> {
             about = Some(turn);
             for side in [-1.0, 1.0] {
                 let mut from = fit.best;
-                for k in 1..=BESIDE {
+                for k in 1..=TURNS_PER_SIDE {
                     let next = turn + side * k as f64;
                     self.offer(next, &from);
                     let Some((_, found)) = self.known.iter().find(|(known, _)| *known == next) else { break };
@@ -187,11 +191,11 @@ impl Stops<'_> {
     /// stop there.
     fn within(&self, turn: f64, minimum: &Minimum<6>) -> Option<Minimum<6>> {
         let p = &minimum.best;
-        if swing(p, turn) <= 0.0 && swing(p, turn - 1.0) > 0.0 {
+        if remaining_amplitude(p, turn) <= 0.0 && remaining_amplitude(p, turn - 1.0) > 0.0 {
             return self.fit(*p, Stop::Friction);
         }
         // The minimum lasts one half cycle too long or too short: the boundary is the motion that just stops.
-        let edge = if swing(p, turn) > 0.0 { turn } else { turn - 1.0 };
+        let edge = if remaining_amplitude(p, turn) > 0.0 { turn } else { turn - 1.0 };
         let edge = self.along_edge(turn, edge, *p)?;
         self.fit(edge, Stop::Friction)
     }
@@ -203,13 +207,17 @@ impl Stops<'_> {
             let sums: Sums<6> = self.samples.sums(&p, Stop::Turn(turn))?;
             let inverse = inverse(&sums.jtj)?;
             let (free, _) = step(&sums, 0.0)?;
-            let here = swing(&p, edge);
+            let here = remaining_amplitude(&p, edge);
             let slope: [f64; 6] = std::array::from_fn(|k| {
                 let h = 1e-6 * (inverse[k][k].max(0.0) * sums.rss.max(1e-12 * self.samples.power)).sqrt();
                 let (mut up, mut down) = (p, p);
                 up[k] += h;
                 down[k] -= h;
-                if h > 0.0 { (swing(&up, edge) - swing(&down, edge)) / (2.0 * h) } else { 0.0 }
+                if h > 0.0 {
+                    (remaining_amplitude(&up, edge) - remaining_amplitude(&down, edge)) / (2.0 * h)
+                } else {
+                    0.0
+                }
             });
             let along: [f64; 6] = std::array::from_fn(|i| (0..6).map(|k| inverse[i][k] * slope[k]).sum());
             let steep: f64 = (0..6).map(|k| along[k] * slope[k]).sum();

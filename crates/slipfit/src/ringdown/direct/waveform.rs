@@ -157,7 +157,7 @@ pub fn fit_waveform(time_s: &[f64], signal: &[f64], start: &Decay) -> Result<Dec
         let known = [smooth, own].into_iter().flatten().min_by(|a, b| a.rss.total_cmp(&b.rss));
         found = last_turn::of_any_part(&samples, &at, known);
     } else if let Some((fit, stopping)) = found.and_then(|f| Some((f, may_stop(&f, duration, n)?))) {
-        found = last_turn::beside(&samples, &stopping, fit);
+        found = last_turn::near_stopping(&samples, &stopping, fit);
     }
     let found = found.ok_or(Error::NoFit { reason: "the samples do not determine all six parameters" })?;
     let (mut error, correlation) = spread(&found.inverse, found.rss / (n - 6) as f64);

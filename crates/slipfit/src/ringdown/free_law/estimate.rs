@@ -16,7 +16,7 @@ use crate::ringdown::amplitude_fit::LEAST_SQUARE;
 use std::f64::consts::PI;
 
 /// Number of intervals between the reported points of the curve.
-const POINTS: u32 = 48;
+const INTERVALS: u32 = 48;
 /// Rounds of updating weights and outliers from the curve.
 const ROUNDS: usize = 2;
 
@@ -160,10 +160,10 @@ fn law(found: &Smoothed, curve: &Curve, data: &Amplitudes, rising: bool, widened
         let variance: f64 = pairs.map(|(i, j)| row[i] * row[j] * found.covariance[(i + 1, j + 1)]).sum();
         widened * variance.max(0.0).sqrt()
     };
-    let mut points: Vec<FreeLossPoint> = (0..=POINTS)
+    let mut points: Vec<FreeLossPoint> = (0..=INTERVALS)
         .map(|i| {
             // The points are denser at small amplitudes, where the decay spends most of its time.
-            let amplitude = largest * (f64::from(i) / f64::from(POINTS)).powi(2);
+            let amplitude = largest * (f64::from(i) / f64::from(INTERVALS)).powi(2);
             curve.shapes(amplitude, &mut shapes);
             let value: f64 = shapes.iter().zip(&found.parameters[1..]).map(|(s, p)| s * p).sum();
             let half = Z_95 * error(&shapes);

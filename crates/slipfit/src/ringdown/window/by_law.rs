@@ -41,7 +41,7 @@ pub(crate) fn end_of_lead_in(
     }
     let predictions = problem.predictions(&fit);
     // Mean residual of a run relative to its standard error, including the common uncertainty of the law.
-    let miss = |run: Range<usize>| {
+    let deviation = |run: Range<usize>| {
         let (mut weight, mut sum, mut row) = (0.0, 0.0, vec![0.0; fit.parameters.len()]);
         for j in run {
             let (residual, by) = &predictions[j];
@@ -61,8 +61,8 @@ pub(crate) fn end_of_lead_in(
         sum / weight / (variance * (1.0 / weight + law.max(0.0))).sqrt()
     };
     let off = |first: usize| {
-        miss(first..(first + criteria.run).min(tested)).abs() > criteria.run_errors
-            || miss(first..first + 1).abs() > criteria.block_errors
+        deviation(first..(first + criteria.run).min(tested)).abs() > criteria.run_errors
+            || deviation(first..first + 1).abs() > criteria.block_errors
     };
     let start = (0..tested).rev().find(|&first| off(first))? + 1;
     // A law with deviations throughout is wrong; a drive affects the first blocks only.

@@ -3,7 +3,7 @@
 use crate::ringdown::criteria::AgreementCriteria;
 use crate::ringdown::envelope::{X_F, law_of};
 use crate::ringdown::measured::MeasuredDecay;
-use crate::ringdown::remainder::remaining_fundamental;
+use crate::ringdown::residuals::remaining_fundamental;
 use crate::ringdown::samples::Samples;
 use crate::ringdown::waveform::{OMEGA, Waveform};
 use crate::ringdown::window_fit::{Problem, WindowFit};

@@ -55,8 +55,8 @@ impl Search<'_> {
         }
     }
 
-    fn miss(&self, block: usize, tolerance: f64) -> f64 {
-        self.law.as_ref().map_or(0.0, |law| law.miss(block, tolerance))
+    fn relative_deviation(&self, block: usize, tolerance: f64) -> f64 {
+        self.law.as_ref().map_or(0.0, |law| law.relative_deviation(block, tolerance))
     }
 
     /// Accepts later blocks until several in a row deviate from the law; returns the end and how the law was
@@ -67,10 +67,10 @@ impl Search<'_> {
         let mut fitted = end - start;
         let (mut misses, mut balance) = (0, 0.0);
         for j in seed_end..self.run.end {
-            let miss = self.miss(j, self.c.later_tolerance);
-            if miss.abs() > 1.0 {
+            let deviation = self.relative_deviation(j, self.c.later_tolerance);
+            if deviation.abs() > 1.0 {
                 misses += 1;
-                balance += miss.signum();
+                balance += deviation.signum();
             } else {
                 (misses, balance) = (0, 0.0);
                 end = j + 1;
@@ -91,7 +91,9 @@ impl Search<'_> {
     fn take_back(&mut self, blocks: Range<usize>) -> usize {
         let Range { start, mut end } = blocks;
         self.refit(start..end - (end - start) / 8);
-        while end > start + self.c.seed_blocks && self.miss(end - 1, self.c.last_tolerance).abs() > 1.0 {
+        while end > start + self.c.seed_blocks
+            && self.relative_deviation(end - 1, self.c.last_tolerance).abs() > 1.0
+        {
             end -= 1;
         }
         end
@@ -102,7 +104,7 @@ impl Search<'_> {
         let mut first = start;
         let mut fitted = end - first;
         while first > self.run.start {
-            let off = |block: usize| self.miss(block, self.c.earlier_tolerance).abs() > 1.0;
+            let off = |block: usize| self.relative_deviation(block, self.c.earlier_tolerance).abs() > 1.0;
             if off(first - 1) && (first < self.run.start + 2 || off(first - 2)) {
                 // The block next to a change of regime contains some of both.
                 let margin = if end - first > self.c.lead_in_margin { 2 } else { 1 };

@@ -156,7 +156,7 @@ impl<'a> SeedFit<'a> {
 
     /// Deviation of a block from the law relative to the tolerance, of which `relative` is the part
     /// proportional to the amplitude; positive above the law.
-    pub(super) fn miss(&self, block: usize, relative: f64) -> f64 {
+    pub(super) fn relative_deviation(&self, block: usize, relative: f64) -> f64 {
         let c = self.criteria;
         let (amplitude, error) = (self.amplitudes.amplitude(block), self.amplitudes.error[block]);
         let deviation =

@@ -52,13 +52,13 @@ fn release_from(
     let level = median(&mut means[held.clone()].to_vec())?;
     // Scaled such that the held level is 1 and the rest position 0.
     let relative = |x: f64| (x - centre) / (level - centre);
-    let (before, behind) = (&signal[..held.start * length], &signal[held.end * length..]);
+    let (before, after) = (&signal[..held.start * length], &signal[held.end * length..]);
     let across = before.iter().filter(|x| relative(**x) < -criteria.across).count();
     let widest = means[held.end..].iter().map(|m| relative(*m).abs()).fold(0.0, f64::max);
     let leaving = means[held.end..].iter().position(|m| relative(*m) < criteria.left)?;
     // Reaching the other side takes three times as long as leaving the held level.
     let first_swing = criteria.leaving_times * ((leaving + 1) * length) as f64;
-    let swings = behind.iter().take(first_swing as usize).any(|x| relative(*x) < -criteria.left);
+    let swings = after.iter().take(first_swing as usize).any(|x| relative(*x) < -criteria.left);
     if !swings
         || across as f64 > criteria.across_part * before.len() as f64
         || widest > criteria.widest

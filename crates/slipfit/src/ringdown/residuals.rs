@@ -12,7 +12,7 @@ use crate::signal::noise_density::density_near;
 use std::f64::consts::TAU;
 
 /// Residual statistics of the blocks.
-pub(super) struct Remainder {
+pub(super) struct Residuals {
     /// Residuals (data minus model), sample by sample.
     pub(super) residual: Vec<f64>,
     pub(super) in_phase: Fundamental,
@@ -59,7 +59,7 @@ impl Fundamental {
     }
 }
 
-impl Remainder {
+impl Residuals {
     pub(super) fn new(problem: &Waveform, first: usize, fit: &Fit, points: &[Block]) -> Self {
         let residual = problem.residuals(&fit.parameters);
         let variance = fit.rss / (problem.counted() - fit.free.len() as f64).max(1.0);
@@ -79,7 +79,7 @@ impl Remainder {
     }
 
     /// [`variance_inflation`](Self::variance_inflation), including the effect of a wandering phase.
-    pub(super) fn variance_inflation_beside(
+    pub(super) fn variance_inflation_with_walk(
         &self,
         wandering: Option<WanderingPhase>,
         criteria: &Criteria,
@@ -141,7 +141,7 @@ pub(crate) struct Harmonics {
 pub(super) fn harmonics(
     problem: &Waveform,
     first: usize,
-    left: &Remainder,
+    left: &Residuals,
     fit: &Fit,
     blocks: &[Block],
     samples_per_cycle: f64,

@@ -5,7 +5,7 @@ use super::Answer;
 use super::criteria::SensorCriteria;
 use super::curve_estimate::{Estimate, bend, of_pendulum};
 use super::fitted::FittedMotion;
-use super::remainder::Harmonics;
+use super::residuals::Harmonics;
 use super::samples::Samples;
 use super::sensor_curve::SensorCurve;
 use super::window_fit::WAVEFORM;
@@ -29,12 +29,14 @@ pub(crate) fn straightened<'a>(
     refine: impl Fn(Samples<'a>, Answer) -> Answer,
 ) -> Answer {
     let bends = |e: &Estimate| e.quadratic != 0.0 || e.odd[0].abs() > criteria.significance * e.errors()[0];
-    let may_bend = may_bend(&answer, criteria);
-    let estimate = may_bend.then(|| bend(samples, &answer, criteria, None, None).filter(bends)).flatten();
+    let may_be_nonlinear = may_be_nonlinear(&answer, criteria);
+    let estimate =
+        may_be_nonlinear.then(|| bend(samples, &answer, criteria, None, None).filter(bends)).flatten();
     let along =
         |estimate: (Estimate, Option<f64>)| along_curve(samples, &answer, estimate, criteria, &fit, &refine);
     let Some(estimate) = estimate else {
-        let pendulum = of_pendulum(&answer).filter(|_| is_plain(&answer) && answer.fit.harmonics.is_some());
+        let pendulum =
+            of_pendulum(&answer).filter(|_| is_single_motion(&answer) && answer.fit.harmonics.is_some());
         let hidden =
             pendulum.and_then(|k| along((bend(samples, &answer, criteria, None, Some(k))?, Some(k))));
         return hidden.unwrap_or(answer);
@@ -104,7 +106,8 @@ fn along_curve<'a>(
         // The noise of the straightened signal is larger than that of the reading.
         let [one, other] = [&found.fit, &answer.fit].map(FittedMotion::range_s);
         let both = [one[0].max(other[0]), one[1].min(other[1])];
-        sum_left(samples, &found.fit, both) < sum_left(samples, &answer.fit, both)
+        residual_sum_of_squares(samples, &found.fit, both)
+            < residual_sum_of_squares(samples, &answer.fit, both)
     };
     let describes = found.diagnostics.method == WAVEFORM && (better || answer.diagnostics.method != WAVEFORM);
     let most = if curve.saturation > 0.0 { criteria.most_saturated } else { criteria.most };
@@ -115,17 +118,17 @@ fn along_curve<'a>(
     let values = list.iter().map(|p| found.parameter(*p).map(|q| q.unbounded_value)).collect::<Vec<_>>();
     for change in spread.into_iter().filter(|change| *change != [0.0; 2]) {
         // Shifted by a full standard error, the curve may no longer rise up to the highest reading.
-        let aside = |part: f64| {
+        let shifted_signal = |part: f64| {
             let [cubic, saturation] = change.map(|c| part * c);
             let saturation = curve.saturation + saturation;
             along(SensorCurve { cubic: curve.cubic + cubic, saturation, ..curve })
                 .map(|signal| (part, signal))
         };
-        let (part, signal) = ASIDE.into_iter().find_map(aside)?;
-        let (straight, beside) = fitted(signal)?;
-        let beside = refine(straight, beside);
+        let (part, signal) = CURVE_SHIFTS.into_iter().find_map(shifted_signal)?;
+        let (straight, shifted) = fitted(signal)?;
+        let shifted = refine(straight, shifted);
         for (parameter, here) in list.iter().zip(&values) {
-            let there = beside.parameter(*parameter).map(|q| q.unbounded_value);
+            let there = shifted.parameter(*parameter).map(|q| q.unbounded_value);
             if let (Some(quantity), Some((there, here))) =
                 (found.parameters.get_mut(*parameter), there.zip(*here))
             {
@@ -135,7 +138,7 @@ fn along_curve<'a>(
     }
     let x_f = found.parameter(Parameter::FRICTION_DISPLACEMENT)?;
     let errors = x_f.value / x_f.std_error;
-    counting_the_curve(&mut found, errors, criteria);
+    limit_friction_evidence(&mut found, errors, criteria);
     found.sensor_curve = Some(curve);
     let odd = curve.cubic * curve.by_odd(amplitude)[0] / amplitude;
     let relative = curve.quadratic.abs() * amplitude + odd.abs();
@@ -144,14 +147,14 @@ fn along_curve<'a>(
 }
 
 /// Residual sum of squares of the reading about a fitted motion.
-fn sum_left(samples: &Samples, fit: &FittedMotion, [from, to]: [f64; 2]) -> f64 {
+fn residual_sum_of_squares(samples: &Samples, fit: &FittedMotion, [from, to]: [f64; 2]) -> f64 {
     let both = samples.time.iter().zip(&samples.signal[..]);
     both.filter(|(t, _)| (from..=to).contains(*t)).map(|(t, s)| (s - fit.signal_at(*t)).powi(2)).sum()
 }
 
 /// Limits the evidence for friction to that of `errors` standard errors, which include those of the curve: an
 /// apparent friction that the curve may have produced from a viscous decay is no evidence.
-fn counting_the_curve(answer: &mut Answer, errors: f64, criteria: &SensorCriteria) {
+fn limit_friction_evidence(answer: &mut Answer, errors: f64, criteria: &SensorCriteria) {
     let viscous = answer.preferred_model.is_within(LossModel::VISCOUS_SLIDING);
     let by_chance = 0.5 * chi_square_tail(errors * errors, 1.0);
     let evidence = &mut answer.sliding;
@@ -168,14 +171,14 @@ fn with_error(quantity: Quantity, extra: f64) -> Quantity {
 }
 
 /// Whether the fit is a single motion about a constant level.
-fn is_plain(answer: &Answer) -> bool {
+fn is_single_motion(answer: &Answer) -> bool {
     answer.fit.baseline.is_none() && answer.second_mode.is_none() && answer.fit.knots.len() > 1
 }
 
 /// Whether the reading may be nonlinear: judged by the residual harmonics if every sample is compared with
 /// the motion, otherwise by the strongest harmonic line.
-fn may_bend(answer: &Answer, criteria: &SensorCriteria) -> bool {
-    is_plain(answer)
+fn may_be_nonlinear(answer: &Answer, criteria: &SensorCriteria) -> bool {
+    is_single_motion(answer)
         && match answer.fit.harmonics {
             Some(Harmonics { in_phase: [second, third], .. }) => {
                 second.abs() > criteria.quadratic_significance || third.abs() > criteria.significance
@@ -188,7 +191,7 @@ fn may_bend(answer: &Answer, criteria: &SensorCriteria) -> bool {
 
 /// Shifts of the curve, in standard errors, that measure its effect on the parameters; the first that gives a
 /// curve is used.
-const ASIDE: [f64; 6] = [1.0, -1.0, 0.5, -0.5, 0.25, -0.25];
+const CURVE_SHIFTS: [f64; 6] = [1.0, -1.0, 0.5, -0.5, 0.25, -0.25];
 
 #[cfg(test)]
 mod tests {
@@ -224,10 +227,10 @@ mod tests {
             let mean: Vec<f64> = noisy.signal().windows(5).map(|w| w.iter().sum::<f64>() / 5.0).collect();
             Record::uniform(40.0, mean).expect("valid")
         };
-        assert!((0..100).filter(|repeat| told(&smoothed(*repeat))).count() <= 1);
+        assert!((0..100).filter(|repeat| is_straightened(&smoothed(*repeat))).count() <= 1);
     }
 
-    fn told(record: &Record) -> bool {
+    fn is_straightened(record: &Record) -> bool {
         let answer = analyse(record, &Options::default()).expect("a ring-down");
         answer.warnings.iter().any(|w| w.code() == "sensor_curve")
     }
@@ -238,7 +241,7 @@ mod tests {
         for (curve, noise) in [([0.0, -0.1], 0.01), ([0.05, 0.05], 0.005), ([0.1, 0.0], 0.003)] {
             for x_f in [0.0, 0.008] {
                 let read = |repeat| record(x_f, curve, noise, repeat);
-                assert!(told(&read(0)), "{curve:?}");
+                assert!(is_straightened(&read(0)), "{curve:?}");
                 assert_held(read, &options, Parameter::DECAY_RATE, DELTA);
                 assert_held(read, &options, Parameter::FRICTION_DISPLACEMENT, x_f);
             }
@@ -328,7 +331,7 @@ mod tests {
             Record::uniform(40.0, signal).expect("valid")
         };
         for stiffening in [0.03, 0.1, -0.05] {
-            let count = (0..8).filter(|repeat| told(&stiffened(stiffening, *repeat))).count();
+            let count = (0..8).filter(|repeat| is_straightened(&stiffened(stiffening, *repeat))).count();
             assert_eq!(count, 0, "{stiffening}");
         }
     }
@@ -351,7 +354,7 @@ mod tests {
         let options = Options::default();
         assert_held(|repeat| seen(true, repeat), &options, Parameter::DECAY_RATE, DELTA);
         assert_held(|repeat| seen(false, repeat), &options, Parameter::DECAY_RATE, DELTA);
-        let count = |tracked| (0..24).filter(|repeat| told(&seen(tracked, *repeat))).count();
+        let count = |tracked| (0..24).filter(|repeat| is_straightened(&seen(tracked, *repeat))).count();
         assert!(count(true) >= 16 && count(false) == 0, "{} {}", count(true), count(false));
     }
 
@@ -366,6 +369,9 @@ mod tests {
 
     #[test]
     fn friction_and_stiffening_are_no_curve() {
-        assert_eq!((0..30).filter(|repeat| told(&record(0.02, [0.0; 2], 0.001, *repeat))).count(), 0);
+        assert_eq!(
+            (0..30).filter(|repeat| is_straightened(&record(0.02, [0.0; 2], 0.001, *repeat))).count(),
+            0
+        );
     }
 }
