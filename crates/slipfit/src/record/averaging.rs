@@ -128,14 +128,14 @@ impl Averaging {
     fn halve(&mut self, time_s: &mut Vec<f64>, signal: &mut Vec<f64>, quadrature: &mut Vec<f64>) {
         let step_s = match self.interval_s {
             Some(row_s) => row_s * self.factor as f64,
-            None => match even(&time_s[..self.held(signal.len())]) {
+            None => match even(&time_s[..self.complete_len(signal.len())]) {
                 Some(step_s) => step_s,
                 None => return self.stopped = Some("its clock is not uniform"),
             },
         };
         self.row_s = step_s / self.factor as f64;
-        let held = &signal[..self.held(signal.len())];
-        let Some(line) = spectrum::loudest_line(held, step_s) else {
+        let complete = &signal[..self.complete_len(signal.len())];
+        let Some(line) = spectrum::loudest_line(complete, step_s) else {
             return self.stopped = Some("no oscillation was found in it");
         };
         if line.frequency_hz * 2.0 * step_s * Self::LEAST_A_CYCLE > 1.0 {
@@ -143,14 +143,14 @@ impl Averaging {
         }
         self.frequency_hz = line.frequency_hz;
         // Rows that do not yet make up a sample are kept as they are.
-        let held = self.held(signal.len()) & !1;
-        let waiting = signal.len() - held;
+        let complete = self.complete_len(signal.len()) & !1;
+        let waiting = signal.len() - complete;
         let tail = |column: &mut Vec<f64>| {
             if column.is_empty() { Vec::new() } else { column.split_off(column.len() - waiting) }
         };
         let tails = [tail(time_s), tail(signal), tail(quadrature)];
         // An odd sample after the pairs would fit neither kind: it is expanded into the same number of rows.
-        let odd = if self.factor > 1 { self.done - held } else { 0 };
+        let odd = if self.factor > 1 { self.done - complete } else { 0 };
         self.done = join(0, 2, 1.5 * step_s, time_s, signal, quadrature);
         let (factor, row_s) = (self.factor, self.row_s);
         let middle = 0.5 * (factor as f64 - 1.0);
@@ -165,7 +165,7 @@ impl Averaging {
     }
 
     /// Number of values that are samples of the present kind.
-    fn held(&self, len: usize) -> usize {
+    fn complete_len(&self, len: usize) -> usize {
         if self.factor > 1 { self.done } else { len }
     }
 }

@@ -5,8 +5,8 @@ mod bursts;
 mod clean;
 mod clock;
 mod criteria;
-mod glance;
 mod rounding;
+mod swings;
 mod wraps;
 
 use std::ops::Range;
@@ -15,7 +15,7 @@ pub use averaging::Averaging;
 pub use clean::MIN_SAMPLES;
 pub use clock::{Clock, ClockReport, Gap};
 pub use criteria::ClockCriteria;
-pub use glance::Swings;
+pub use swings::Swings;
 
 use crate::Error;
 use crate::model::displacement::derivative;

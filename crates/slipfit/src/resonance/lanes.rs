@@ -389,7 +389,7 @@ impl Lanes {
             (group.omega_0, group.detuning, group.delta) = (moved.omega_0, moved.detuning, moved.delta);
             group.x_0 = moved.x_0;
             group.settle(&mut slips, &wanted);
-            found = group.respond(&slips, follower.digits(), &mut out);
+            found = group.respond(&slips, follower.accuracy(), &mut out);
             follower.count_groups(1);
             if !at.amplitude_dependent {
                 break;

@@ -5,7 +5,7 @@ use super::evidence::Evidence;
 use super::fitted::{FittedMotion, Knot};
 use super::quantities::frequency_known;
 use super::residuals::remaining_fundamental;
-use super::waveform::{BEND, CHIRP, OFFSET, OMEGA, Observable};
+use super::waveform::{BACKBONE, CHIRP, OFFSET, OMEGA, Observable};
 use super::window_fit::Problem;
 use super::{Backbone, EnvelopePoint, LossPoint};
 use crate::inference::model_selection::ModelFit;
@@ -31,7 +31,7 @@ pub(crate) fn fitted_motion(e: &Evidence, chosen: &ModelFit, law: AmplitudeLaw, 
         Problem::Waveform(problem) => {
             let duration = e.fit.end - e.fit.origin;
             // If phase and offset are linear in time, two knots suffice.
-            let straight = law.a2 == 0.0 && [BEND, CHIRP, OFFSET + 2].iter().all(|k| p[*k] == 0.0);
+            let straight = law.a2 == 0.0 && [BACKBONE, CHIRP, OFFSET + 2].iter().all(|k| p[*k] == 0.0);
             let count = if straight { 2 } else { KNOTS };
             let step = duration / f64::from(count - 1);
             let slowing = |t: f64| match law.a2 {
@@ -82,7 +82,7 @@ pub(crate) fn fitted_motion(e: &Evidence, chosen: &ModelFit, law: AmplitudeLaw, 
 /// Relative frequency shift per A² and A⁴.
 fn backbone_terms(e: &Evidence, chosen: &ModelFit, omega: f64) -> [f64; 2] {
     match &e.fit.problem {
-        Problem::Waveform(_) => [chosen.bounded.parameters[BEND] / omega, 0.0],
+        Problem::Waveform(_) => [chosen.bounded.parameters[BACKBONE] / omega, 0.0],
         Problem::Envelope(problem) => problem.backbone,
     }
 }

@@ -165,7 +165,7 @@ fn start_values(samples: &Samples, release: usize, first_half_cycle: &FirstHalfC
         guard: None,
         origin: time[0],
         duration: time[time.len() - 1] - time[0],
-        bend: None,
+        backbone: None,
         rest: RestLevel::Exact,
         rounding_rms: 0.0,
         active: free.to_vec(),

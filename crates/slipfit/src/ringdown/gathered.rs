@@ -18,7 +18,7 @@ use super::described::{A, C, D, DESCRIBED, Follow, LANES, Lanes, O, P, State, W,
 use crate::inference::least_squares::Normal;
 use crate::motion::decay::amplitude::sliding_gain;
 use crate::motion::decay::parameters::{
-    A0, BEND, CHIRP, COUNT, DELTA, DRAG, OFFSET, OMEGA, PHASE, X_F, law_of,
+    A0, BACKBONE, CHIRP, COUNT, DELTA, DRAG, OFFSET, OMEGA, PHASE, X_F, law_of,
 };
 use crate::motion::decay::window::Window;
 use pulp::Simd;
@@ -154,9 +154,9 @@ fn add_disturbed(
         (lanes[P], lanes[W]) = (value - rate * middle, rate);
         lanes
     };
-    let (bent, bending) = window.bend.map_or((0.0, 0.0), |b| b.at(middle));
+    let (bent, bending) = window.backbone.map_or((0.0, 0.0), |b| b.at(middle));
     let disturbed = [
-        (BEND, phase(bent, bending)),
+        (BACKBONE, phase(bent, bending)),
         (CHIRP, phase(0.5 * middle * (middle - duration), middle - 0.5 * duration)),
         (OFFSET + 1, scaled(v, &unit(O))),
         (OFFSET + 2, scaled(v * v, &unit(O))),
@@ -211,7 +211,7 @@ impl Gathered {
         let fine = (finer > 1).then(|| about(length / finer as f64, &parts, whole * finer));
         let tail = (borders.get(whole * finer - 1).copied().unwrap_or(n), whole as f64 * length);
         let rss = there.rss;
-        let there = (tail.0 == n || window.rest_tells).then_some(there);
+        let there = (tail.0 == n || window.models_rest_position).then_some(there);
         if tail.0 < n {
             residuals.clear();
         }

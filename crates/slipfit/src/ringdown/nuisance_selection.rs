@@ -1,7 +1,7 @@
 //! Selection of the disturbances of phase and offset that the samples of a window require.
 
 use super::envelope::DRAG;
-use super::waveform::{BEND, CHIRP, COUNT, OFFSET, OMEGA, PHASE, Waveform};
+use super::waveform::{BACKBONE, CHIRP, COUNT, OFFSET, OMEGA, PHASE, Waveform};
 use crate::inference::least_squares::{
     Fit, LeastSquares, Normal, STEP_TOLERANCE, minimise_until, promised_gain,
 };
@@ -9,7 +9,7 @@ use crate::inference::least_squares::{
 /// Parameters of phase and offset that every motion has.
 pub(super) const ALWAYS: [usize; 3] = [PHASE, OMEGA, OFFSET];
 /// Disturbances of phase and offset, included in the model only if the data require them.
-pub(super) const OPTIONAL: [usize; 4] = [BEND, CHIRP, OFFSET + 1, OFFSET + 2];
+pub(super) const OPTIONAL: [usize; 4] = [BACKBONE, CHIRP, OFFSET + 1, OFFSET + 2];
 
 /// A fit with the nuisance parameters selected so far.
 #[derive(Debug, Clone)]
@@ -81,10 +81,11 @@ impl NuisanceSelection {
 
     /// Replaces a frequency drift by a frequency that depends on the amplitude, if the fit becomes worse by
     /// less than the price: every pendulum has the latter, and along a short decay the two look alike.
-    pub(super) fn prefer_bend(&mut self, problem: &Waveform) {
-        if self.nuisance.contains(&CHIRP) && !self.nuisance.contains(&BEND) {
-            let bent = self.nuisance.iter().map(|&o| if o == CHIRP { BEND } else { o }).collect();
-            self.replace_by(problem, CHIRP, bent);
+    pub(super) fn prefer_backbone(&mut self, problem: &Waveform) {
+        if self.nuisance.contains(&CHIRP) && !self.nuisance.contains(&BACKBONE) {
+            let with_backbone =
+                self.nuisance.iter().map(|&o| if o == CHIRP { BACKBONE } else { o }).collect();
+            self.replace_by(problem, CHIRP, with_backbone);
         }
     }
 

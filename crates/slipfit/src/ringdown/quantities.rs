@@ -61,7 +61,7 @@ fn mean_frequency(e: &Evidence, chosen: &ModelFit) -> Quantity {
         Problem::Envelope(problem) if e.options.frequency_hz.is_some() => hertz(problem.omega, 0.0, 1.0),
         Problem::Envelope(_) => {
             let law = &e.measured.law;
-            let omega = law.mean_omega + law.mean_omega_beside_walk;
+            let omega = law.mean_omega + law.mean_omega_walk_correction;
             timed(omega + lag_rate(e, chosen, law.omega).unwrap_or(0.0), law.mean_omega_std, 1.0)
         }
     }
@@ -99,7 +99,7 @@ fn lag_rate(e: &Evidence, chosen: &ModelFit, omega: f64) -> Option<f64> {
         })
         .collect();
     // A zero amplitude without noise has no defined lag.
-    Some(Smoothed::beside(&lags, e.measured.law.walk)?.parameters[1]).filter(|rate| rate.is_finite())
+    Some(Smoothed::with_walk(&lags, e.measured.law.walk)?.parameters[1]).filter(|rate| rate.is_finite())
 }
 
 /// Factor that converts the signal to a displacement, and the unit of the latter: for a velocity or

@@ -1,7 +1,7 @@
 //! Effect of a randomly walking phase on the parameters of the exact motion.
 
 use super::envelope::{A0, DELTA, X_F};
-use super::waveform::{BEND, OMEGA, PHASE, PHASE_SLOTS, PhaseSums, Waveform};
+use super::waveform::{BACKBONE, OMEGA, PHASE, PHASE_SLOTS, PhaseSums, Waveform};
 use crate::inference::least_squares::Fit;
 use crate::signal::criteria::PhaseCriteria;
 use crate::signal::phase_walk::{PhaseError, Smoothed, walk_rate};
@@ -53,7 +53,7 @@ impl WanderingPhase {
         // The offset does not contribute to the rate.
         let across: Vec<f64> = slots.iter().map(of_slot).chain([0.0]).collect();
         let (mean_rate, rate_variance) =
-            Smoothed::beside(&errors, rate)?.combined(&DVector::from_vec(across));
+            Smoothed::with_walk(&errors, rate)?.combined(&DVector::from_vec(across));
         let cycles = moving_s * p[OMEGA] / TAU;
         let steps = ((STEPS_PER_CYCLE * cycles).ceil() as usize).clamp(2, MOST_STEPS);
         let free = &fit.free;
@@ -83,7 +83,7 @@ impl WanderingPhase {
 /// The phase parameters that are free while the random walk is estimated: all of them, since those selected
 /// have already absorbed part of the walk.
 fn smooth_slots(problem: &Waveform) -> Vec<usize> {
-    PHASE_SLOTS.into_iter().filter(|slot| *slot != BEND || problem.bend.is_some()).collect()
+    PHASE_SLOTS.into_iter().filter(|slot| *slot != BACKBONE || problem.backbone.is_some()).collect()
 }
 
 /// Phase residuals of every half cycle, or of groups of whole cycles such that there are at most

@@ -13,11 +13,11 @@ use nalgebra::DVector;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-pub(crate) use crate::motion::decay::parameters::{BEND, CHIRP, COUNT, OFFSET, OMEGA, PHASE};
-pub(crate) use crate::motion::decay::window::{Bend, Observable};
+pub(crate) use crate::motion::decay::parameters::{BACKBONE, CHIRP, COUNT, OFFSET, OMEGA, PHASE};
+pub(crate) use crate::motion::decay::window::{BackboneIntegral, Observable};
 
 /// Parameters of the phase, in the order of [`Window::phase`].
-pub(crate) const PHASE_SLOTS: [usize; 4] = [PHASE, OMEGA, BEND, CHIRP];
+pub(crate) const PHASE_SLOTS: [usize; 4] = [PHASE, OMEGA, BACKBONE, CHIRP];
 
 /// Samples of one window and the shape of the model.
 #[derive(Debug, Clone)]
@@ -30,8 +30,8 @@ pub(crate) struct Waveform<'a> {
     /// Start of the window, s; parameters refer to it.
     pub(crate) origin: f64,
     pub(crate) duration: f64,
-    /// Shape of the backbone; `None` leaves [`BEND`] without effect.
-    pub(crate) bend: Option<Bend>,
+    /// Shape of the backbone; `None` leaves [`BACKBONE`] without effect.
+    pub(crate) backbone: Option<BackboneIntegral>,
     pub(crate) rest: RestLevel,
     /// Rounding error of times and motion, which is included as noise in every sample.
     pub(crate) rounding_rms: f64,
@@ -78,7 +78,7 @@ pub(crate) enum RestLevel {
 /// Whether the rest position for this friction displacement determines the last half cycle: it must exceed
 /// [`WaveformCriteria::rest_errors`] standard errors of an amplitude from all `n` samples,
 /// `sigma sqrt(2 * 6/n)`.
-pub(crate) fn rest_tells(x_f: f64, noise_rms: f64, n: usize, criteria: &WaveformCriteria) -> bool {
+pub(crate) fn rest_position_matters(x_f: f64, noise_rms: f64, n: usize, criteria: &WaveformCriteria) -> bool {
     x_f > criteria.rest_errors * noise_rms * (12.0 / n.max(1) as f64).sqrt()
 }
 
@@ -97,8 +97,8 @@ impl Waveform<'_> {
             guard: self.guard.map_or(0.0, |guard| guard.reach),
             origin: self.origin,
             duration: self.duration,
-            bend: self.bend.as_ref(),
-            rest_tells: self.rest == RestLevel::Exact && self.rest_has_a_level(),
+            backbone: self.backbone.as_ref(),
+            models_rest_position: self.rest == RestLevel::Exact && self.rest_has_a_level(),
             active,
         }
     }
@@ -158,7 +158,7 @@ impl Waveform<'_> {
                 guard: self.guard.map(|guard| Guard { stands_for: None, ..guard }),
                 origin,
                 duration: self.duration,
-                bend: None,
+                backbone: None,
                 rest: self.rest,
                 rounding_rms: 0.0,
                 active: Vec::new(),
@@ -216,9 +216,9 @@ impl Waveform<'_> {
             return None;
         }
         let (time, signal, origin) = (self.time, self.signal, self.origin);
-        let (p, rest_tells) = (&CLOSED.map(|k| p[k]), self.rest == RestLevel::Exact);
+        let (p, models_rest_position) = (&CLOSED.map(|k| p[k]), self.rest == RestLevel::Exact);
         let stop = Stop::Friction;
-        crate::numeric::dispatch(Pass { time, signal, origin, p, stop, rest_tells, borders, parts })
+        crate::numeric::dispatch(Pass { time, signal, origin, p, stop, models_rest_position, borders, parts })
     }
 
     /// The rows of the lower triangle of these sums, for each part.
@@ -372,8 +372,8 @@ impl Waveform<'_> {
     /// Mean phase rate while the mass moves, as a combination of parameters.
     pub(crate) fn mean_rate(&self, p: &[f64]) -> [(usize, f64); 3] {
         let t = self.moving_s(p);
-        let [_, _, bend, chirp] = self.window(&[]).phase(p, t).2;
-        [(OMEGA, 1.0), (BEND, bend / t), (CHIRP, chirp / t)]
+        let [_, _, backbone, chirp] = self.window(&[]).phase(p, t).2;
+        [(OMEGA, 1.0), (BACKBONE, backbone / t), (CHIRP, chirp / t)]
     }
 
     /// Derivatives of the phase with respect to some of its parameters, at a time on the record's clock.

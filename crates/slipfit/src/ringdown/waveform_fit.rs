@@ -11,7 +11,8 @@ use super::residuals::{Residuals, harmonics};
 use super::samples::{Filtered, Samples};
 use super::wandering_phase::WanderingPhase;
 use super::waveform::{
-    BEND, Bend, CHIRP, COUNT, Guard, OFFSET, OMEGA, Observable, PHASE, RestLevel, Waveform, rest_tells,
+    BACKBONE, BackboneIntegral, CHIRP, COUNT, Guard, OFFSET, OMEGA, Observable, PHASE, RestLevel, Waveform,
+    rest_position_matters,
 };
 use super::window_fit::{Problem, WindowFit};
 use crate::inference::least_squares::Fit;
@@ -46,7 +47,7 @@ pub(crate) fn start_values(
     start[PHASE] = blocks::wrap(first.phase - first.omega * (first.time_s - samples.time[first.first]));
     start[PHASE] -= samples.observable.phase_lead();
     start[OFFSET] = measured.points.iter().map(|b| b.offset).sum::<f64>() / measured.points.len() as f64;
-    start[BEND] = measured.law.quadratic * measured.law.omega;
+    start[BACKBONE] = measured.law.quadratic * measured.law.omega;
     start[CHIRP] = measured.law.drift * measured.law.omega;
     Some(start)
 }
@@ -63,7 +64,7 @@ pub(crate) fn fit_waveform<'a>(
     criteria: &Criteria,
 ) -> Option<WindowFit<'a>> {
     let tells = samples.observable == Observable::Displacement
-        && rest_tells(start[X_F], measured.noise_rms, range.len(), &criteria.waveform);
+        && rest_position_matters(start[X_F], measured.noise_rms, range.len(), &criteria.waveform);
     let rest = match tells {
         _ if !samples.level_known => RestLevel::Free,
         true => RestLevel::Exact,
@@ -75,7 +76,7 @@ pub(crate) fn fit_waveform<'a>(
     let stop_s = law_of(best, best[OMEGA]).stop_time_s().map(|t| found.origin + t).filter(|t| *t < found.end);
     let Some(stop_s) = stop_s.filter(|_| rest != RestLevel::Free) else { return Some(found) };
     let wanders = low_frequency >= criteria.coloured_noise.low_frequency * measured.noise_rms.powi(2)
-        && !rest_tells(best[X_F], low_frequency.sqrt(), range.len(), &criteria.waveform);
+        && !rest_position_matters(best[X_F], low_frequency.sqrt(), range.len(), &criteria.waveform);
     let variance = found.comparison.noise.residual_variance(&found.comparison.preferred()?.bounded);
     if !wanders && !rest_is_rounded(samples, stop_s, variance, criteria) {
         return Some(found);
@@ -208,7 +209,7 @@ impl<'a> WindowSamples<'a, '_> {
         let further = LossTerm::further_of(asked).flat_map(slots);
         let basic: Vec<usize> = [A0, X_F, DELTA].into_iter().chain(further).collect();
         let (mut problem, backbone) = self.problem(&start, rest, &losses);
-        let started = [BEND, CHIRP].into_iter().filter(|&slot| start[slot] != 0.0);
+        let started = [BACKBONE, CHIRP].into_iter().filter(|&slot| start[slot] != 0.0);
         let nuisance: Vec<usize> = ALWAYS.into_iter().chain(started).collect();
         let fit = self.first_fit(&mut problem, start, &in_order(&basic, &nuisance))?;
         // In a record of one or two cycles an offset drift fitted by chance would cost most of the
@@ -219,7 +220,7 @@ impl<'a> WindowSamples<'a, '_> {
             price /= self.excess(&fit).clamp(f64::MIN_POSITIVE, 1.0);
         }
         let mut selection = NuisanceSelection { fit, basic, nuisance, price };
-        problem.bend.get_or_insert(backbone);
+        problem.backbone.get_or_insert(backbone);
         problem = problem.gathered_about(&selection.fit.parameters);
         let unexplained = self.excess(&selection.fit) > criteria.waveform.variance_ratio;
         if unexplained && stops(&selection.fit, problem.duration) && rest == RestLevel::Exact {
@@ -239,12 +240,12 @@ impl<'a> WindowSamples<'a, '_> {
             }
         }
         // Disturbances included from the start must be required by the data too.
-        for term in [CHIRP, BEND] {
+        for term in [CHIRP, BACKBONE] {
             selection.drop(&problem, term);
         }
-        selection.prefer_bend(&problem);
-        if !selection.nuisance.contains(&BEND) {
-            problem.bend = None;
+        selection.prefer_backbone(&problem);
+        if !selection.nuisance.contains(&BACKBONE) {
+            problem.backbone = None;
         }
         if problem.gathered.is_none() {
             problem = problem.gathered_about(&selection.fit.parameters);
@@ -255,12 +256,12 @@ impl<'a> WindowSamples<'a, '_> {
 
     /// The least-squares problem of every sample, with all disturbances of phase and offset, and the shape of
     /// the backbone, used if the start has one.
-    fn problem(&self, start: &[f64], rest: RestLevel, losses: &[usize]) -> (Waveform<'a>, Bend) {
+    fn problem(&self, start: &[f64], rest: RestLevel, losses: &[usize]) -> (Waveform<'a>, BackboneIntegral) {
         let samples = self.samples;
         let origin = samples.time[self.range.start];
         let duration = samples.time[self.range.end - 1] - origin;
         let law = law_of(start, start[OMEGA]);
-        let backbone = Bend::along(|t| law.amplitude(t), duration);
+        let backbone = BackboneIntegral::along(|t| law.amplitude(t), duration);
         let problem = Waveform {
             time: &samples.time[self.range.clone()],
             signal: &samples.signal[self.range.clone()],
@@ -268,7 +269,7 @@ impl<'a> WindowSamples<'a, '_> {
             guard: None,
             origin,
             duration,
-            bend: (start[BEND] != 0.0).then(|| backbone.clone()),
+            backbone: (start[BACKBONE] != 0.0).then(|| backbone.clone()),
             rest,
             // Rounding of a phase and of quantities computed from it; rounding of time stamps far from zero
             // is already in the samples.

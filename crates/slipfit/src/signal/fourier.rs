@@ -71,7 +71,7 @@ mod radix4 {
         plan.process_with_scratch(numbers, scratch);
     }
 
-    fn belong_together(values: usize, spectrum: usize) -> bool {
+    fn lengths_match(values: usize, spectrum: usize) -> bool {
         values.is_power_of_two() && spectrum == values / 2 + 1
     }
 
@@ -82,7 +82,7 @@ mod radix4 {
         spectrum: &mut [Complex<f64>],
         scratch: &mut Vec<Complex<f64>>,
     ) -> bool {
-        let fit = belong_together(values.len(), spectrum.len());
+        let fit = lengths_match(values.len(), spectrum.len());
         if fit {
             scratch.clear();
             scratch.extend(values.iter().map(|v| Complex::new(*v, 0.0)));
@@ -98,7 +98,7 @@ mod radix4 {
         values: &mut [f64],
         scratch: &mut Vec<Complex<f64>>,
     ) -> bool {
-        let fit = belong_together(values.len(), spectrum.len());
+        let fit = lengths_match(values.len(), spectrum.len());
         if fit {
             // The transform of a real signal above half the sampling rate is the conjugate of that below.
             let above = values.len() - spectrum.len();

@@ -19,16 +19,16 @@ pub(crate) struct Density {
 impl Density {
     /// The ratio minus its own standard error: a lower bound on the excess over white noise.
     pub(crate) fn least_ratio(&self) -> f64 {
-        less_its_error([self.ratio, self.degrees])
+        minus_standard_error([self.ratio, self.degrees])
     }
 
     /// The same for the noise at the second and third harmonics, estimated from the bands next to them.
     pub(crate) fn least_ratio_at_harmonics(&self) -> f64 {
-        less_its_error(self.between)
+        minus_standard_error(self.between)
     }
 }
 
-fn less_its_error([ratio, degrees]: [f64; 2]) -> f64 {
+fn minus_standard_error([ratio, degrees]: [f64; 2]) -> f64 {
     ratio * (1.0 - (2.0 / degrees).sqrt())
 }
 

@@ -22,7 +22,7 @@ pub(crate) struct PhaseLaw {
     /// Mean angular frequency over the stretch, the correction to it from weights that include a random walk, and the
     /// standard error of both.
     pub(crate) mean_omega: f64,
-    pub(crate) mean_omega_beside_walk: f64,
+    pub(crate) mean_omega_walk_correction: f64,
     pub(crate) mean_omega_std: f64,
     pub(crate) quadratic: f64,
     pub(crate) quartic: f64,
@@ -183,8 +183,8 @@ pub(crate) fn smooth(
         .map(|(i, k)| across[i] * across[k] * covariance[(i, k)])
         .sum();
     // With weights that include the walk, the mean frequency is that from the first phase to the last.
-    let beside = if walk > 0.0 { Smoothed::beside(&errors, walk) } else { None };
-    let walked = beside.map(|smoothed| smoothed.combined(&DVector::from_column_slice(&across)));
+    let with_walk = if walk > 0.0 { Smoothed::with_walk(&errors, walk) } else { None };
+    let walked = with_walk.map(|smoothed| smoothed.combined(&DVector::from_column_slice(&across)));
     let (further, variance) = walked.unwrap_or((0.0, across_variance.max(0.0) * excess.max(1.0) * inflation));
     let shift = (get(Column::Square) + get(Column::Fourth)) / span / omega;
     let drift = 2.0 * get(Column::Chirp) / (span * span) / omega;
@@ -193,7 +193,7 @@ pub(crate) fn smooth(
     let law = PhaseLaw {
         omega,
         mean_omega: (model_at(&row(last, columns), &c) - model_at(&row(0, columns), &c)) / span,
-        mean_omega_beside_walk: further / span,
+        mean_omega_walk_correction: further / span,
         mean_omega_std: variance.max(0.0).sqrt() / span,
         quadratic: get(Column::Square) / span / omega / (scale * scale),
         quartic: get(Column::Fourth) / span / omega / scale.powi(4),

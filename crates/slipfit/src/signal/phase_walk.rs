@@ -23,7 +23,7 @@ pub(crate) struct PhaseError {
 
 /// Gain in log-likelihood, as a part of the squared detection threshold in standard errors, that one of the first few
 /// rates must reach before all rates are tried.
-const WORTH_A_LOOK: f64 = 0.25;
+const FIRST_PASS_GAIN: f64 = 0.25;
 /// Spacing of the rates in the first pass: with the absence of a walk there are [`RATES`], computed side by side.
 const FIRST_STEP: usize = 4;
 /// Range of rates tried: variance of the walk over the total time, in variances of the noise of one phase.
@@ -42,21 +42,21 @@ pub(crate) fn walk_rate(
     selected: impl Fn(usize) -> bool,
     errors_out: f64,
 ) -> Option<f64> {
-    rate_beside(errors, errors_out).or_else(|| {
+    posterior_mean_rate(errors, errors_out).or_else(|| {
         let kept: Vec<usize> = (0..errors.first()?.smooth.len()).filter(|k| selected(*k)).collect();
         if kept.len() == errors[0].smooth.len() {
             return None;
         }
         let of = |e: &PhaseError| kept.iter().map(|k| e.smooth[*k]).collect();
-        let beside_selected: Vec<PhaseError> =
+        let selected_columns: Vec<PhaseError> =
             errors.iter().map(|e| PhaseError { smooth: of(e), ..*e }).collect();
-        rate_beside(&beside_selected, errors_out)
+        posterior_mean_rate(&selected_columns, errors_out)
     })
 }
 
 /// The posterior mean of the rate given the phases (with Jeffreys' prior): errors computed from it are those of
 /// Student's distribution if there are few steps. `None` if no rate is significant.
-fn rate_beside(errors: &[PhaseError], errors_out: f64) -> Option<f64> {
+fn posterior_mean_rate(errors: &[PhaseError], errors_out: f64) -> Option<f64> {
     let n = errors.len();
     let columns = errors.first()?.smooth.len();
     if n < columns + 2 {
@@ -81,7 +81,7 @@ fn rate_beside(errors: &[PhaseError], errors_out: f64) -> Option<f64> {
     let least_of = |tried: &[(f64, f64)]| tried.iter().map(|(_, l)| *l).min_by(f64::total_cmp);
     // Most phases have no walk: about one rate per decade is enough to come close to the best likelihood.
     let (still, few) = tried(FIRST_STEP)?;
-    if !(still - least_of(&few)? > WORTH_A_LOOK * errors_out.powi(2)) {
+    if !(still - least_of(&few)? > FIRST_PASS_GAIN * errors_out.powi(2)) {
         return None;
     }
     let (_, tried) = tried(1)?;
@@ -270,7 +270,7 @@ pub(crate) struct Smoothed {
 
 impl Smoothed {
     /// `None` if the phases do not determine the smooth phase.
-    pub(crate) fn beside(errors: &[PhaseError], rate: f64) -> Option<Self> {
+    pub(crate) fn with_walk(errors: &[PhaseError], rate: f64) -> Option<Self> {
         let phases = Phases::new(errors)?;
         let Phases { columns, scale, .. } = phases;
         let Innovations { products, log_determinant } = phases.innovations([rate]);
@@ -319,7 +319,8 @@ mod tests {
             let missed = (0..REPEATS).filter(|&seed| {
                 let phases = phases(n, 1e4, 0.01, seed);
                 let smoothed =
-                    Smoothed::beside(&phases, walk_rate(&phases, |_| true, ERRORS).unwrap_or(0.0)).unwrap();
+                    Smoothed::with_walk(&phases, walk_rate(&phases, |_| true, ERRORS).unwrap_or(0.0))
+                        .unwrap();
                 let (slope, variance) = smoothed.combined(&DVector::from_vec(vec![0.0, 1.0]));
                 slope.abs() > 1.96 * variance.sqrt()
             });
@@ -373,7 +374,7 @@ mod tests {
     fn a_walk_without_noise_leaves_the_first_phase_and_the_last() {
         let phases = phases(100, 1e12, 0.3, 0);
         let (slope, variance) =
-            Smoothed::beside(&phases, 0.3).unwrap().combined(&DVector::from_vec(vec![0.0, 1.0]));
+            Smoothed::with_walk(&phases, 0.3).unwrap().combined(&DVector::from_vec(vec![0.0, 1.0]));
         let expected = (phases[99].error - phases[0].error) / 99.0;
         assert!((slope / expected - 1.0).abs() < 1e-6, "{slope} for {expected}");
         assert!((variance * 99.0 / 0.3 - 1.0).abs() < 1e-6, "{variance}");

@@ -157,7 +157,8 @@ fn brief(
         let part = Periodogram::of(&time[from..to], &signal[from..to])?;
         let found = part.strongest(band_hz, criteria)?;
         let cycles = found.frequency_hz * part.duration;
-        let left = |line: &Line| left_by_sine(&time[from..to], &signal[from..to], line.frequency_hz);
+        let left =
+            |line: &Line| residual_sum_of_squares(&time[from..to], &signal[from..to], line.frequency_hz);
         let wider =
             cycles >= criteria.brief_cycles && found.amplitude > criteria.brief_wider * line.amplitude;
         (wider && left(&found) < criteria.brief_left * left(line)).then_some(found)
@@ -165,7 +166,7 @@ fn brief(
 }
 
 /// Residual sum of squares of a signal after a sine about a straight line.
-fn left_by_sine(time: &[f64], signal: &[f64], frequency_hz: f64) -> f64 {
+fn residual_sum_of_squares(time: &[f64], signal: &[f64], frequency_hz: f64) -> f64 {
     let rows = time.iter().zip(signal).map(|(&t, &x)| {
         let (v, (sin, cos)) = (t - time[0], (TAU * frequency_hz * (t - time[0])).sin_cos());
         (vec![1.0, v, cos, sin], x, 1.0)

@@ -15,7 +15,7 @@ use crate::numeric::trig;
 /// Largest argument of the tangent, below its pole.
 const MOST_ANGLE: f64 = 1.5;
 /// Minimum of the total loss rate, as a part of the sum of the magnitudes, if one of the losses is negative.
-const LEAST_LEFT: f64 = 1e-6;
+const LEAST_NET_LOSS: f64 = 1e-6;
 /// Largest exponent.
 const MOST_EXPONENT: f64 = 600.0;
 
@@ -172,7 +172,7 @@ impl pulp::NullaryFnOnce for Evaluate<'_> {
             is_fall &= (share[i] * first > 0.0)
                 & (half[i] * first > 0.0)
                 & (a <= law.initial)
-                & (rate.abs() > LEAST_LEFT * size);
+                & (rate.abs() > LEAST_NET_LOSS * size);
         }
         if !is_fall {
             return false;

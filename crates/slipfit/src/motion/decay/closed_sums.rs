@@ -16,7 +16,7 @@ pub(crate) struct Pass<'a> {
     pub(crate) p: &'a [f64; 6],
     pub(crate) stop: Stop,
     /// Whether the rest position is part of the model; otherwise the model equals the offset there.
-    pub(crate) rest_tells: bool,
+    pub(crate) models_rest_position: bool,
     /// Samples at which a new part begins, ascending, and the sums of all parts before the last.
     pub(crate) borders: &'a [usize],
     pub(crate) parts: &'a mut Vec<ClosedSums>,
@@ -161,7 +161,7 @@ impl pulp::WithSimd for Pass<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Option<ClosedSums> {
-        let Self { time, signal, origin, p, stop, rest_tells, mut borders, parts } = self;
+        let Self { time, signal, origin, p, stop, models_rest_position, mut borders, parts } = self;
         let &[a0, x_f, delta, phase, omega, offset] = p;
         if !(omega > 0.0 && omega.is_finite()) {
             return None;
@@ -227,7 +227,7 @@ impl pulp::WithSimd for Pass<'_> {
                 continue;
             }
             let sign = if (0.5 * n).fract() == 0.0 { 1.0 } else { -1.0 };
-            let sign = if rests && !rest_tells { 0.0 } else { sign };
+            let sign = if rests && !models_rest_position { 0.0 } else { sign };
             // With f1 = e^(-delta u) [cos + tilt sin], f3 = e^(-delta u) sin, every derivative is a combination of
             // f1, u f1, f3, u f3 and 1; at rest, of 1 alone.
             let by_delta = -turn * a0 * fall.e - x_f * (gain_by_delta * fall.g + gain * fall.g_by_delta);

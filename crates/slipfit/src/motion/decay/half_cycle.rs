@@ -267,12 +267,12 @@ impl HalfCycle {
         self.begin = window.origin + turn.time;
         self.moving = !rests;
         if rests {
-            let seen = if window.rest_tells { sign } else { 0.0 };
+            let level_sign = if window.models_rest_position { sign } else { 0.0 };
             for (k, parameter) in motion {
-                self.rows[k] = [seen * turn.by[parameter], 0.0, 0.0, 0.0, 0.0];
+                self.rows[k] = [level_sign * turn.by[parameter], 0.0, 0.0, 0.0, 0.0];
             }
             self.drags = false;
-            (self.level, self.height, self.bulge, self.bent) = (seen * turn.amplitude, 0.0, 0.0, 0.0);
+            (self.level, self.height, self.bulge, self.bent) = (level_sign * turn.amplitude, 0.0, 0.0, 0.0);
             return Some(());
         }
         let x_f = p[X_F];

@@ -17,7 +17,7 @@ pub(crate) const PHASE: usize = CARRIED;
 /// Angular frequency at vanishing amplitude, rad/s.
 pub(crate) const OMEGA: usize = PHASE + 1;
 /// Change of angular frequency per squared reference amplitude, rad/s per A².
-pub(crate) const BEND: usize = PHASE + 2;
+pub(crate) const BACKBONE: usize = PHASE + 2;
 /// Change of angular frequency with time, rad/s².
 pub(crate) const CHIRP: usize = PHASE + 3;
 /// Offset, its slope and its curvature over the window.

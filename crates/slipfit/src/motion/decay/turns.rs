@@ -2,7 +2,7 @@
 
 use super::amplitude::sliding_gain;
 use super::drag::Slowing;
-use super::parameters::{BEND, CHIRP, DELTA, DRAG, OFFSET, OMEGA, PHASE, X_F, by_parameters, law_of};
+use super::parameters::{BACKBONE, CHIRP, DELTA, DRAG, OFFSET, OMEGA, PHASE, X_F, by_parameters, law_of};
 use super::path::{AmplitudePath, CARRIED, Carried, LinearStep};
 use super::window::Window;
 use std::f64::consts::PI;
@@ -50,11 +50,11 @@ impl<'a> Turns<'a> {
     #[inline(always)]
     pub(super) fn new(window: &'a Window<'a>, p: &'a [f64]) -> Self {
         // Relative frequency shift per A², which also changes the loss terms.
-        let backbone = if window.bend.is_some() { [p[BEND] / p[OMEGA], 0.0] } else { [0.0; 2] };
+        let backbone = if window.backbone.is_some() { [p[BACKBONE] / p[OMEGA], 0.0] } else { [0.0; 2] };
         let carried = Carried::for_parameters(window.active);
         let path = AmplitudePath::new(law_of(p, p[OMEGA]), backbone).carrying(carried);
         let drags = p[DRAG] != 0.0 || window.active.contains(&DRAG);
-        let straight = (window.bend.is_none() || p[BEND] == 0.0) && p[CHIRP] == 0.0;
+        let straight = (window.backbone.is_none() || p[BACKBONE] == 0.0) && p[CHIRP] == 0.0;
         // Zero drag changes no half cycle, but its derivative may be needed.
         let alike = straight && p[DRAG] == 0.0 && carried != Carried::All;
         let even = if alike { path.even_steps(PI / p[OMEGA]) } else { None };

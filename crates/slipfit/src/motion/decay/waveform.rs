@@ -96,7 +96,7 @@ impl<'a, const TERMS: usize> Evaluate<'a, TERMS> {
     /// Lanes that lie in several half cycles, before the first turning point or after the stop: which times to keep,
     /// and the amplitude and offset of each lane.
     #[cold]
-    fn apart(&self, times: &[f64], counts: &[f64], known: &mut HalfCycle) -> [[f64; MOST_LANES]; 3] {
+    fn lane_by_lane(&self, times: &[f64], counts: &[f64], known: &mut HalfCycle) -> [[f64; MOST_LANES]; 3] {
         let [mut keep, mut amplitude, mut offset] = [[0.0; MOST_LANES]; 3];
         for (i, (t, n)) in times.iter().zip(counts).enumerate() {
             if !(*n >= 0.0 && *n < self.end.min(COUNTABLE)) {
@@ -158,7 +158,8 @@ impl<const TERMS: usize> Evaluate<'_, TERMS> {
         let [mut at, mut counts] = [[0.0; MOST_LANES]; 2];
         s.partial_store_f64s(&mut at[..S::F64_LANES], t);
         s.partial_store_f64s(&mut counts[..S::F64_LANES], n);
-        let [keep, amplitude, offset] = self.apart(&at[..S::F64_LANES], &counts[..S::F64_LANES], known);
+        let [keep, amplitude, offset] =
+            self.lane_by_lane(&at[..S::F64_LANES], &counts[..S::F64_LANES], known);
         let load = |lanes: &[f64; MOST_LANES]| s.partial_load_f64s(&lanes[..S::F64_LANES]);
         // An excluded lane may contain a time of any size: it is replaced by zero before the multiplication.
         let w = s.select_f64s(s.greater_than_f64s(load(&keep), s.splat_f64s(0.0)), w, s.splat_f64s(0.0));

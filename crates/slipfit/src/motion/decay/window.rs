@@ -1,18 +1,18 @@
 //! The samples of a window and the phase of the motion along it.
 
-use super::parameters::{BEND, CHIRP, OMEGA, PHASE};
+use super::parameters::{BACKBONE, CHIRP, OMEGA, PHASE};
 use std::f64::consts::FRAC_PI_2;
 
 /// Integral of the squared amplitude along a reference decay, for the backbone.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Bend {
+pub(crate) struct BackboneIntegral {
     /// Even spacing of the knots, s.
     step: f64,
     /// Integral and its rate at the knots.
     knots: Vec<(f64, f64)>,
 }
 
-impl Bend {
+impl BackboneIntegral {
     /// From an amplitude law over `[0, duration]`.
     pub(crate) fn along(amplitude: impl Fn(f64) -> f64, duration: f64) -> Self {
         let count = 129;
@@ -95,10 +95,10 @@ pub(crate) struct Window<'a> {
     /// Reference time of the parameters, s.
     pub(crate) origin: f64,
     pub(crate) duration: f64,
-    /// Shape of the backbone; `None` disables [`BEND`].
-    pub(crate) bend: Option<&'a Bend>,
+    /// Shape of the backbone; `None` disables [`BACKBONE`].
+    pub(crate) backbone: Option<&'a BackboneIntegral>,
     /// Whether the rest position is part of the model; otherwise the model is zero there.
-    pub(crate) rest_tells: bool,
+    pub(crate) models_rest_position: bool,
     /// Parameters whose derivatives are computed.
     pub(crate) active: &'a [usize],
 }
@@ -107,10 +107,10 @@ impl Window<'_> {
     /// Phase and its rate at the time `t` after the origin, and the shape functions of the phase parameters.
     #[inline(always)]
     pub(crate) fn phase(&self, p: &[f64], t: f64) -> (f64, f64, [f64; 4]) {
-        let (i, r) = self.bend.map_or((0.0, 0.0), |b| b.at(t));
+        let (i, r) = self.backbone.map_or((0.0, 0.0), |b| b.at(t));
         (
-            p[PHASE] + p[OMEGA] * t + p[BEND] * i + 0.5 * p[CHIRP] * t * (t - self.duration),
-            p[OMEGA] + p[BEND] * r + p[CHIRP] * (t - 0.5 * self.duration),
+            p[PHASE] + p[OMEGA] * t + p[BACKBONE] * i + 0.5 * p[CHIRP] * t * (t - self.duration),
+            p[OMEGA] + p[BACKBONE] * r + p[CHIRP] * (t - 0.5 * self.duration),
             [1.0, t, i, 0.5 * t * (t - self.duration)],
         )
     }

@@ -200,7 +200,7 @@ impl Motion {
     }
 
     /// Length of the current segment, and for a slip its final acceleration.
-    pub(crate) fn outlook(&mut self) -> (f64, Option<(f64, Constants)>) {
+    pub(crate) fn segment_end(&mut self) -> (f64, Option<(f64, Constants)>) {
         let segment = self.segment();
         let last = segment.arc.map(|a| (a.at(&self.k, &self.local, segment.length).acceleration, self.k));
         (segment.length, last)
@@ -313,7 +313,7 @@ impl Motion {
         let e = self.local.value - self.position;
         let drive_end = if self.local.stage_ends { End::Drive } else { End::Continue };
         let stay = |length, end| Segment { arc: None, length, exact: None, moved: None, end };
-        if self.local.is_constant() || self.held_for_ever() {
+        if self.local.is_constant() || self.never_slips() {
             return stay(self.local.end, drive_end);
         }
         if self.stalls <= 3
@@ -355,7 +355,7 @@ impl Motion {
         self.k.reach * (1e-9 * f64::from(self.leaps.min(30)).exp2()).min(0.05)
     }
 
-    fn held_for_ever(&self) -> bool {
+    fn never_slips(&self) -> bool {
         let (low, high) = self.local.range;
         let [up, down] = self.friction.holding;
         high - self.position <= up && self.position - low <= down
@@ -415,7 +415,7 @@ impl Motion {
         self.decide();
         if self.direction != 0.0 {
             EventKind::Turn
-        } else if self.held_for_ever() {
+        } else if self.never_slips() {
             EventKind::Rest
         } else {
             EventKind::Stop

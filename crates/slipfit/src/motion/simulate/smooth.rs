@@ -309,11 +309,11 @@ impl<L: Law> SmoothMotion<L> {
                 .h0(h)
         };
         if !pull.is_finite() {
-            return Err(gave_up());
+            return Err(integration_failed());
         }
         let mut rejected = 0;
         let mut solver = make(h.min(reach));
-        solver.init(&ode, 0.0, reach, &y0).map_err(|_| gave_up())?;
+        solver.init(&ode, 0.0, reach, &y0).map_err(|_| integration_failed())?;
         loop {
             let left = reach - solver.t();
             if left <= 4e-16 * reach {
@@ -325,17 +325,17 @@ impl<L: Law> SmoothMotion<L> {
             if wanted > left {
                 solver.set_h(left);
             }
-            solver.step(&ode).map_err(|_| gave_up())?;
+            solver.step(&ode).map_err(|_| integration_failed())?;
             if matches!(solver.status(), Status::RejectedStep) {
                 rejected += 1;
                 if rejected > 60 || !solver.h().is_finite() {
-                    return Err(gave_up());
+                    return Err(integration_failed());
                 }
                 continue;
             }
             rejected = 0;
             if !(solver.y()[0].is_finite() && solver.y()[1].is_finite()) {
-                return Err(gave_up());
+                return Err(integration_failed());
             }
             if wanted <= left {
                 h = wanted;
@@ -356,17 +356,17 @@ impl<L: Law> SmoothMotion<L> {
                 y = from;
                 if at > a {
                     let mut fine = make(at - a);
-                    fine.init(&ode, a, at, &from).map_err(|_| gave_up())?;
+                    fine.init(&ode, a, at, &from).map_err(|_| integration_failed())?;
                     let mut steps = 0;
                     while at - fine.t() > 4e-16 * at.abs() {
                         steps += 1;
                         if steps > 1000 {
-                            return Err(gave_up());
+                            return Err(integration_failed());
                         }
                         if fine.h() > at - fine.t() {
                             fine.set_h(at - fine.t());
                         }
-                        fine.step(&ode).map_err(|_| gave_up())?;
+                        fine.step(&ode).map_err(|_| integration_failed())?;
                     }
                     y = *fine.y();
                 }
@@ -382,7 +382,7 @@ impl<L: Law> SmoothMotion<L> {
     }
 }
 
-fn gave_up() -> Error {
+fn integration_failed() -> Error {
     Error::DoesNotHold {
         method: "the integration of a smooth friction law",
         why: "the law is too stiff, or its value is not a finite number",

@@ -25,7 +25,7 @@ impl Motion {
     pub fn tangent(mut self, until_s: f64) -> Tangent {
         let mut m = if self.direction() == 0.0 { [[1.0, 0.0], [0.0, 0.0]] } else { [[1.0, 0.0], [0.0, 1.0]] };
         loop {
-            let (length, before) = self.outlook();
+            let (length, before) = self.segment_end();
             let left = self.until(until_s);
             if length.is_nan() || left.is_nan() || length > left {
                 if let Some((_, k)) = before {

@@ -2,7 +2,7 @@
 //! curves.
 
 use super::closed::{self, Closed, Halves, KAPPA};
-use super::one_stop::{self, Digits, Row, Slip};
+use super::one_stop::{self, Accuracy, Row, Slip};
 use super::orbit::{OrbitOptions, PeriodicOrbit};
 
 use super::HarmonicDrive;
@@ -68,7 +68,7 @@ pub(crate) struct Follower {
     /// The motion at the frequency before.
     before: Option<Followed>,
     /// Accuracy of a motion next to the last one.
-    digits: Digits,
+    accuracy: Accuracy,
     /// Whether periodic motions without a closed form are searched for.
     searches: bool,
     /// Work done, in units of about 30 ns.
@@ -121,7 +121,7 @@ impl Default for Follower {
         Self {
             last: None,
             before: None,
-            digits: Digits::Twelve,
+            accuracy: Accuracy::Fine,
             searches: true,
             work: 0,
             most_work: u64::MAX,
@@ -133,7 +133,7 @@ impl Follower {
     /// Settings for a fit: eight digits, because twelve take a hundred times as long, and no further motion after
     /// `most_work`.
     pub(crate) fn for_fit(most_work: u64) -> Self {
-        Self { digits: Digits::Eight, most_work, ..Self::default() }
+        Self { accuracy: Accuracy::Coarse, most_work, ..Self::default() }
     }
 
     /// Without the motions that can only be found by a search.
@@ -188,21 +188,21 @@ impl Follower {
         // In half a cycle of a slow drive the oscillator swings many times.
         let swings = swings(at);
         let mut work = 0;
-        let one_stop = |near: Option<Slip>, digits, work: &mut u64| {
+        let one_stop = |near: Option<Slip>, accuracy, work: &mut u64| {
             *work += WORK_OF_ONE_STOP + WORK_OF_SWING * swings;
-            one_stop::fundamental(at, near?, digits).map(|(f, slip)| (f, Some(slip)))
+            one_stop::fundamental(at, near?, accuracy).map(|(f, slip)| (f, Some(slip)))
         };
-        let mut found = one_stop(last, self.digits, &mut work);
+        let mut found = one_stop(last, self.accuracy, &mut work);
         if found.is_none() {
             let cold = Slip::from_amplitude(at, guess);
-            found = one_stop(cold, Digits::Twelve, &mut work);
+            found = one_stop(cold, Accuracy::Fine, &mut work);
             if found.is_none() {
                 let mut slides = 0;
                 found = stops::fundamental(at, guess, &mut slides);
                 work += WORK_OF_SLIDE * slides;
                 found = found
-                    .or_else(|| one_stop(last, Digits::Eight, &mut work))
-                    .or_else(|| one_stop(cold, Digits::Eight, &mut work));
+                    .or_else(|| one_stop(last, Accuracy::Coarse, &mut work))
+                    .or_else(|| one_stop(cold, Accuracy::Coarse, &mut work));
             }
         }
         if found.is_none() && self.searches {
@@ -265,8 +265,8 @@ impl Follower {
     }
 
     /// Requested accuracy.
-    pub(crate) fn digits(&self) -> Digits {
-        self.digits
+    pub(crate) fn accuracy(&self) -> Accuracy {
+        self.accuracy
     }
 
     fn followed(&mut self, omega: f64, slip: Slip) {
@@ -500,7 +500,7 @@ mod tests {
                     near = None;
                     continue;
                 };
-                let found = near.and_then(|n| one_stop::fundamental(&at, n, Digits::Twelve));
+                let found = near.and_then(|n| one_stop::fundamental(&at, n, Accuracy::Fine));
                 warm += usize::from(found.is_some());
                 near = found.map(|f| f.1).or_else(|| {
                     (0..20).find_map(|k| {
@@ -508,7 +508,7 @@ mod tests {
                             one_stop::fundamental(
                                 &at,
                                 Slip::from_amplitude(&at, 0.02 * f64::from(k))?,
-                                Digits::Twelve,
+                                Accuracy::Fine,
                             )?
                             .1,
                         )

@@ -182,10 +182,11 @@ impl Slip {
 
 /// Error allowed for the response, in units of rounding errors.
 #[derive(Debug, Clone, Copy)]
-pub(crate) enum Digits {
-    Twelve = 10_000,
-    /// For motions to which no other method led.
-    Eight = 100_000_000,
+pub(crate) enum Accuracy {
+    /// Twelve digits.
+    Fine = 10_000,
+    /// Eight digits, for fits and for motions to which no other method led.
+    Coarse = 100_000_000,
 }
 
 /// Number of Newton steps before another method is tried.
@@ -194,10 +195,10 @@ const MOST_STEPS: usize = 14;
 const LAST_STEP: f64 = 1e-9;
 /// The same if rounding errors keep the step from decreasing: a small difference of drive and friction amplifies the
 /// error many times.
-const LAST_STEP_OF_ALL: f64 = 1e-8;
+const LARGEST_LAST_STEP: f64 = 1e-8;
 
 /// The fundamental of the motion with one stop near `near`, if there is one.
-pub(super) fn fundamental(at: &Point, near: Slip, digits: Digits) -> Option<(Fundamental, Slip)> {
+pub(super) fn fundamental(at: &Point, near: Slip, accuracy: Accuracy) -> Option<(Fundamental, Slip)> {
     let law = Law::new(at);
     let mut here = near;
     for round in 1..=MOST_STEPS {
@@ -206,11 +207,11 @@ pub(super) fn fundamental(at: &Point, near: Slip, digits: Digits) -> Option<(Fun
         if !law.in_range(here) {
             return None;
         }
-        if size < LAST_STEP || round == MOST_STEPS && size < LAST_STEP_OF_ALL {
-            match digits {
-                Digits::Twelve => b = law.balance(here),
+        if size < LAST_STEP || round == MOST_STEPS && size < LARGEST_LAST_STEP {
+            match accuracy {
+                Accuracy::Fine => b = law.balance(here),
                 // The angles are updated to second order in the step; the slopes of a fit do not need this update.
-                Digits::Eight => {
+                Accuracy::Coarse => {
                     b.crest *= Phasor::new(1.0, by_phase);
                     b.turn *= Phasor::new(1.0, law.omega * by_duration);
                     b.steady = law.g * b.crest;
@@ -218,7 +219,7 @@ pub(super) fn fundamental(at: &Point, near: Slip, digits: Digits) -> Option<(Fun
             }
             law.is_motion(here, &b).then_some(())?;
             let f = law.response(at, here, &b);
-            return (law.is_precise(f.value / at.x_0, digits) && is_finite(&f)).then_some((f, here));
+            return (law.is_precise(f.value / at.x_0, accuracy) && is_finite(&f)).then_some((f, here));
         }
     }
     None
@@ -280,8 +281,8 @@ impl Law {
     /// The phases are accurate to a rounding error times `|g|`, and their small difference from the drive to one
     /// times `|g|²`: at resonance the method based on velocities keeps its accuracy.
     #[inline(always)]
-    fn is_precise(&self, value: Phasor, digits: Digits) -> bool {
-        self.g.norm_sqr() < digits as u32 as f64 * value.norm_sqr().sqrt()
+    fn is_precise(&self, value: Phasor, accuracy: Accuracy) -> bool {
+        self.g.norm_sqr() < accuracy as u32 as f64 * value.norm_sqr().sqrt()
     }
 
     #[inline(always)]
@@ -434,7 +435,12 @@ impl Group {
 
     /// The fundamentals for these slips, and which of them are valid motions.
     #[inline(always)]
-    pub(crate) fn respond(&self, slips: &Slips, digits: Digits, out: &mut GroupResponse) -> [bool; GROUP] {
+    pub(crate) fn respond(
+        &self,
+        slips: &Slips,
+        accuracy: Accuracy,
+        out: &mut GroupResponse,
+    ) -> [bool; GROUP] {
         let mut motion = [false; GROUP];
         let mut walks = [[0.0; GROUP]; 8];
         let mut steps = [0.0; GROUP];
@@ -453,7 +459,7 @@ impl Group {
             let h = law.step();
             steps[k] = here.duration / h - 1e-6;
             motion[k] = law.is_held(here, &b)
-                & law.is_precise(f.value * (1.0 / at.x_0), digits)
+                & law.is_precise(f.value * (1.0 / at.x_0), accuracy)
                 & (law.newton(&b, &mut here).1 < LAST_STEP)
                 & finite
                 & (steps[k] < MOST_WALK);
@@ -505,16 +511,16 @@ mod tests {
                         x_f: [x_f; GROUP],
                     };
                     let cold = |k: u32| Slip::from_amplitude(&group.at(0), 0.02 * f64::from(k));
-                    let one = (0..20).find_map(|k| fundamental(&group.at(0), cold(k)?, Digits::Twelve));
+                    let one = (0..20).find_map(|k| fundamental(&group.at(0), cold(k)?, Accuracy::Fine));
                     let Some((_, slip)) = one else { continue };
                     let mut slips = Slips { phase: [slip.phase; GROUP], duration: [slip.duration; GROUP] };
                     group.settle(&mut slips, &[true; GROUP]);
                     let zero = [0.0; GROUP];
                     let mut out = GroupResponse { value: [zero; 2], by: [[zero; 2]; 4] };
-                    let found = group.respond(&slips, Digits::Twelve, &mut out);
+                    let found = group.respond(&slips, Accuracy::Fine, &mut out);
                     for k in (0..GROUP).filter(|&k| found[k]) {
                         let near = Slip { phase: slips.phase[k], duration: slips.duration[k] };
-                        let (f, _) = fundamental(&group.at(k), near, Digits::Twelve).unwrap();
+                        let (f, _) = fundamental(&group.at(k), near, Accuracy::Fine).unwrap();
                         let pairs = [
                             (f.value, out.value, 1e-11),
                             (f.by_omega_0, out.by[0], 1e-8),

@@ -50,15 +50,15 @@ impl Default for OrbitOptions {
 /// Slowest drive relative to the natural frequency: its cycle has as many events as natural periods.
 const SLOWEST: f64 = 1e-5;
 /// Number of start values tried if the one from rest leads to no orbit, and the number of cycles for each.
-const ELSEWHERE: u32 = 256;
-const ELSEWHERE_CYCLES: u32 = 200;
+const OTHER_STARTS: u32 = 256;
+const OTHER_START_CYCLES: u32 = 200;
 
 /// Start values spread evenly over three drive amplitudes either way (the additive recurrence of the plastic number):
 /// with static friction above kinetic friction the event map is discontinuous, and an orbit may be reached from some
 /// start values only.
-fn elsewhere(amplitude: f64, omega_0: f64) -> impl Iterator<Item = (f64, f64)> {
+fn other_starts(amplitude: f64, omega_0: f64) -> impl Iterator<Item = (f64, f64)> {
     const STEP: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
-    (1..=ELSEWHERE).map(move |k| {
+    (1..=OTHER_STARTS).map(move |k| {
         let [x, v] = STEP.map(|a| 3.0 * amplitude * (2.0 * (f64::from(k) * a).fract() - 1.0));
         (x, v * omega_0)
     })
@@ -182,8 +182,8 @@ impl PeriodicOrbit {
         }
         let mut unstable = None;
         if options.start.is_none() {
-            for start in elsewhere(drive.amplitude(), oscillator.omega_0()) {
-                let Some(found) = sought.from(start, 0, ELSEWHERE_CYCLES)? else { continue };
+            for start in other_starts(drive.amplitude(), oscillator.omega_0()) {
+                let Some(found) = sought.from(start, 0, OTHER_START_CYCLES)? else { continue };
                 let orbit = collect(&found)?;
                 if orbit.is_stable() {
                     return Ok(orbit);
@@ -213,7 +213,7 @@ impl PeriodicOrbit {
         let period = 2.0 * PI / drive.omega();
         let (mut segments, mut events) = (Vec::new(), Vec::new());
         loop {
-            let (length, _) = motion.outlook();
+            let (length, _) = motion.segment_end();
             segments.push(motion.clone());
             if length.is_infinite() || length >= motion.until(period) {
                 break;

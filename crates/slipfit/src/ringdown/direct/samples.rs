@@ -18,7 +18,7 @@ impl Samples<'_> {
     pub(super) fn sums(&self, p: &[f64; 6], stop: Stop) -> Option<Sums<6>> {
         let (time, signal, origin) = (self.time, self.signal, self.time[0]);
         let (borders, parts) = (&[][..], &mut Vec::new());
-        let pass = Pass { time, signal, origin, p, stop, rest_tells: true, borders, parts };
+        let pass = Pass { time, signal, origin, p, stop, models_rest_position: true, borders, parts };
         let ClosedSums { jtj, jtr, rss, .. } = crate::numeric::dispatch(pass)?;
         Some(Sums { jtj, jtr, rss })
     }

@@ -121,7 +121,7 @@ fn the_gradient_holds_for_every_parameter() {
             origin: times[0],
             p,
             stop,
-            rest_tells: true,
+            models_rest_position: true,
             borders: &[],
             parts: &mut Vec::new(),
         })

@@ -8,7 +8,7 @@ use crate::motion::simulate::Drive;
 use crate::motion::simulate::smooth::{self, SmoothMotion};
 use crate::noise::jitter;
 
-fn wave<'a>(time: &'a [f64], signal: &'a [f64], bend: Option<Bend>) -> Waveform<'a> {
+fn wave<'a>(time: &'a [f64], signal: &'a [f64], backbone: Option<BackboneIntegral>) -> Waveform<'a> {
     let duration = time[time.len() - 1];
     Waveform {
         time,
@@ -17,7 +17,7 @@ fn wave<'a>(time: &'a [f64], signal: &'a [f64], bend: Option<Bend>) -> Waveform<
         guard: None,
         origin: 0.0,
         duration,
-        bend,
+        backbone,
         rest: RestLevel::Exact,
         rounding_rms: 0.0,
         active: (0..OFFSET + 3).collect(),
@@ -334,9 +334,9 @@ fn sums_that_were_gathered_are_those_of_all_samples() {
 fn the_gradient_holds_for_every_parameter() {
     let time: Vec<f64> = (0..300).map(|i| i as f64 * 0.05 + 0.003 * (i % 7) as f64).collect();
     let signal: Vec<f64> = time.iter().map(|t| (-0.1 * t).exp() * (5.1 * t + 0.3).cos() + 0.1).collect();
-    let bend = Bend::along(|t| 1.1 * (-0.12 * t).exp(), 15.1);
+    let backbone = BackboneIntegral::along(|t| 1.1 * (-0.12 * t).exp(), 15.1);
     for observable in [Observable::Displacement, Observable::Velocity, Observable::Acceleration] {
-        let wave = Waveform { observable, ..wave(&time, &signal, Some(bend.clone())) };
+        let wave = Waveform { observable, ..wave(&time, &signal, Some(backbone.clone())) };
         let mut p = [0.0; COUNT];
         p[..SHAPE].fill(0.01);
         p[SHAPE..PHASE].fill(1.5);
@@ -353,7 +353,7 @@ fn the_gradient_holds_for_every_parameter() {
             // The backbone also changes the loss terms, which its derivative neglects; inside a half cycle
             // its shapes are taken as straight lines.
             let tolerance = match k {
-                BEND => 0.2,
+                BACKBONE => 0.2,
                 CHIRP => 2e-3,
                 // The derivative by the shape is curved inside a half cycle.
                 k if (SHAPE..PHASE).contains(&k) => 2e-4,
