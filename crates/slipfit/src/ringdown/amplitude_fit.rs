@@ -2,7 +2,7 @@
 
 use super::cluster_jackknife::inflation_of_amplitudes;
 use super::compare::{
-    Models, Search, WholeLoss, best_of, compare, loss_parameters, offer, sliding_starts, slot,
+    Models, Search, WholeLoss, best_of, compare, loss_parameters, sliding_starts, slot, with_shape_starts,
 };
 use super::criteria::{AmplitudeCriteria, Criteria};
 use super::envelope::{A0, DELTA, EnvelopeProblem, FLOOR, X_F};
@@ -31,7 +31,7 @@ const LAST_PART: usize = 16;
 /// Ratio of that mean to the first amplitude below which the motion may have stopped.
 const NEAR_ZERO: f64 = 0.2;
 /// Lower bound of a squared amplitude relative to the first one, which keeps its weight finite.
-pub(super) const LEAST_SQUARE: f64 = 1e-6;
+pub(super) const LEAST_SQUARED_AMPLITUDE: f64 = 1e-6;
 
 /// Fits every loss model to the amplitudes of the blocks. Blocks at the end where the averaged law does not
 /// hold are discarded.
@@ -47,11 +47,11 @@ pub(crate) fn fit_amplitudes<'a>(
     let c = &criteria.amplitude;
     let origin = measured.start_s();
     let mut problem = amplitude_problem(measured, options);
-    if measured.law.walk_in_cycles > 0.0 && scatter_otherwise(&problem, measured, options, criteria) {
+    if measured.law.walk_in_cycles > 0.0 && scatter_differs(&problem, measured, options, criteria) {
         measured.law.walk_in_cycles = 0.0;
         problem = amplitude_problem(measured, options);
     }
-    let has_floor = measured.root_mean_squares && last_over_first(&problem) < c.floor_visible;
+    let has_floor = measured.root_mean_squares && last_to_first_ratio(&problem) < c.floor_visible;
     let nuisance: &[usize] = if has_floor { &[FLOOR] } else { &[] };
     let mut start = start_values(&problem);
     if measured.root_mean_squares && !has_floor {
@@ -59,7 +59,7 @@ pub(crate) fn fit_amplitudes<'a>(
         start[FLOOR] = 2.0 * measured.noise_rms.powi(2);
     }
     let full = [&loss_parameters(options.model)[..], nuisance].concat();
-    let offered = offer(&start, options.model);
+    let offered = with_shape_starts(&start, options.model);
     let least_deviation = if measured.root_mean_squares { 0.0 } else { measured.noise_rms };
     let unit_weight = 1.0 / measured.points[0].unit_variance;
     if measured.root_mean_squares {
@@ -88,7 +88,7 @@ pub(crate) fn fit_amplitudes<'a>(
     let noise = measured.noise_rms.powi(2);
     let noise_weights = problem.weight.clone();
     let significance = criteria.inference.excess_significance;
-    let law_errs = admit_law_error(&mut problem, &offered, (&full, known), noise, significance, c);
+    let law_has_error = add_law_error(&mut problem, &offered, (&full, known), noise, significance, c);
     let mut noise_model = NoiseModel::white(n as f64);
     let whole = WholeLoss::new(start[DELTA], start[A0], problem.omega);
     let asked = options.model;
@@ -116,7 +116,7 @@ pub(crate) fn fit_amplitudes<'a>(
         let chi_squared: f64 =
             residuals.iter().zip(&problem.weight).zip(&noise_weights).map(|((r, w), v)| r * r / w * v).sum();
         excess = (chi_squared / dof / noise.max(f64::MIN_POSITIVE)).min(f64::MAX.sqrt());
-        if !law_errs && (excess - 1.0).abs() < significance * (2.0 / dof).sqrt() {
+        if !law_has_error && (excess - 1.0).abs() < significance * (2.0 / dof).sqrt() {
             noise_model.known_variance = Some(noise);
         }
     }
@@ -155,10 +155,10 @@ pub(crate) fn amplitude_problem(measured: &MeasuredDecay, options: &Options) -> 
     let value: Vec<f64> =
         points.iter().map(|b| if squared { b.amplitude * b.amplitude } else { b.amplitude }).collect();
     let mut weight: Vec<f64> =
-        points.iter().map(|b| 1.0 / (b.unit_variance + by_walk(b, measured))).collect();
+        points.iter().map(|b| 1.0 / (b.unit_variance + walk_variance(b, measured))).collect();
     if squared {
         // var(R²) = 4 sigma² (A² + sigma²): in units of sigma².
-        let least = LEAST_SQUARE * value[0].max(f64::MIN_POSITIVE);
+        let least = LEAST_SQUARED_AMPLITUDE * value[0].max(f64::MIN_POSITIVE);
         for (w, v) in weight.iter_mut().zip(&value) {
             *w /= 4.0 * v.max(least);
         }
@@ -178,7 +178,7 @@ pub(crate) fn amplitude_problem(measured: &MeasuredDecay, options: &Options) -> 
 /// Variance of a block's amplitude due to a random walk of the phase with variance `q` per second, in units
 /// of the noise variance of a sample: `A² q/(4 omega² T)`, the part of the walk at twice the frequency, over
 /// a block of length `T`.
-fn by_walk(block: &Block, measured: &MeasuredDecay) -> f64 {
+fn walk_variance(block: &Block, measured: &MeasuredDecay) -> f64 {
     let relative = measured.law.walk_in_cycles / (4.0 * block.omega.powi(2) * block.span_s);
     let variance = relative * block.amplitude.powi(2) / measured.noise_rms.powi(2);
     if variance.is_finite() { variance } else { 0.0 }
@@ -188,14 +188,14 @@ fn by_walk(block: &Block, measured: &MeasuredDecay) -> f64 {
 /// apparent walk that leaves the amplitudes unaffected is slower than a cycle, i.e. a wandering frequency. If
 /// the amplitudes scatter more, the law is in error, and that error is estimated from the amplitudes
 /// themselves.
-fn scatter_otherwise(
+fn scatter_differs(
     problem: &EnvelopeProblem,
     measured: &MeasuredDecay,
     options: &Options,
     criteria: &Criteria,
 ) -> bool {
     let full = loss_parameters(options.model);
-    let start = offer(&start_values(problem), options.model);
+    let start = with_shape_starts(&start_values(problem), options.model);
     let Some(fit) = fit_from_viscous(problem, &start, &full) else { return false };
     // If the law ends before the amplitudes do, most amplitudes are still informative.
     let Some(deviation) = robust::deviation(problem.residuals(&fit.parameters).into_iter()) else {
@@ -214,7 +214,7 @@ const ROBUST_ERROR: f64 = 2.33;
 /// get the largest weights and pull the tail down as friction does. Viscous and sliding loss, neither below
 /// zero, are close enough to any law for this purpose.
 fn weigh_by_law(problem: &mut EnvelopeProblem, start: &[f64], nuisance: &[usize], unit_weight: f64) {
-    let least = LEAST_SQUARE * problem.value[0].max(f64::MIN_POSITIVE);
+    let least = LEAST_SQUARED_AMPLITUDE * problem.value[0].max(f64::MIN_POSITIVE);
     let free = [&[A0, DELTA, X_F][..], nuisance].concat();
     for _ in 0..REWEIGHTINGS {
         let Some(fit) = fit_from_viscous(problem, start, &free) else { return };
@@ -247,7 +247,7 @@ pub(crate) fn start_values(problem: &EnvelopeProblem) -> Vec<f64> {
 /// If the amplitudes end near zero, the motion may have stopped within them, and the sum of squares has other
 /// minima: the most likely of them is tried as well.
 pub(crate) fn fit_from_viscous(problem: &EnvelopeProblem, start: &[f64], free: &[usize]) -> Option<Fit> {
-    beyond(problem, start, &viscous_law(problem, start)?, free)
+    fit_from_given_viscous(problem, start, &viscous_law(problem, start)?, free)
 }
 
 fn viscous_law(problem: &EnvelopeProblem, start: &[f64]) -> Option<Fit> {
@@ -255,7 +255,12 @@ fn viscous_law(problem: &EnvelopeProblem, start: &[f64]) -> Option<Fit> {
 }
 
 /// [`fit_from_viscous`] with the viscous law given.
-fn beyond(problem: &EnvelopeProblem, start: &[f64], viscous: &Fit, free: &[usize]) -> Option<Fit> {
+fn fit_from_given_viscous(
+    problem: &EnvelopeProblem,
+    start: &[f64],
+    viscous: &Fit,
+    free: &[usize],
+) -> Option<Fit> {
     let fit = minimise(problem, &viscous.parameters, free).filter(|f| f.rss.is_finite());
     let fit = fit.unwrap_or_else(|| viscous.clone());
     if !(free.contains(&X_F) && may_stop(problem)) {
@@ -268,12 +273,12 @@ fn beyond(problem: &EnvelopeProblem, start: &[f64], viscous: &Fit, free: &[usize
 
 /// Whether the last amplitudes are near zero compared with the first one.
 fn may_stop(problem: &EnvelopeProblem) -> bool {
-    last_over_first(problem) < NEAR_ZERO
+    last_to_first_ratio(problem) < NEAR_ZERO
 }
 
 /// Mean of the last amplitudes (root mean square if they are squared) relative to the first one. A single
 /// amplitude near the noise may be twice the level of those around it.
-fn last_over_first(problem: &EnvelopeProblem) -> f64 {
+fn last_to_first_ratio(problem: &EnvelopeProblem) -> f64 {
     let n = problem.value.len();
     let last = &problem.value[n - n.div_ceil(LAST_PART)..];
     let ratio = last.iter().sum::<f64>() / last.len() as f64 / problem.value[0];
@@ -284,7 +289,7 @@ fn last_over_first(problem: &EnvelopeProblem) -> f64 {
 /// fraction of the amplitude. That fraction is added to the errors, so that the early amplitudes, known to
 /// 1e-4, do not outweigh the late ones, which distinguish sliding from viscous loss. Returns whether an error
 /// was added.
-fn admit_law_error(
+fn add_law_error(
     problem: &mut EnvelopeProblem,
     start: &[f64],
     (full, mut known): (&[usize], Option<Fit>),
@@ -349,7 +354,7 @@ fn drop_outliers(
             break;
         }
         let Some(viscous) = viscous_law(problem, start) else { break };
-        let Some(fit) = beyond(problem, start, &viscous, full) else { break };
+        let Some(fit) = fit_from_given_viscous(problem, start, &viscous, full) else { break };
         let mut off = outliers(problem, &fit, least_deviation, criteria);
         if off.is_empty() && losses.iter().any(|&i| fit.parameters[i] < 0.0) {
             // With losses below zero the law bends towards the outliers.
@@ -398,7 +403,7 @@ fn end_of_law(
         return None;
     }
     let viscous = viscous.or_else(|| viscous_law(problem, start))?;
-    let fit = beyond(problem, start, &viscous, &[A0, DELTA, X_F])?;
+    let fit = fit_from_given_viscous(problem, start, &viscous, &[A0, DELTA, X_F])?;
     let least = criteria.least_frictions * fit.parameters[X_F];
     let kept = problem.amplitudes(&fit.parameters).iter().position(|&a| a < least)?;
     Some(kept.max(criteria.rest_kept)).filter(|kept| *kept < n)

@@ -86,7 +86,7 @@ pub fn analyse(record: &Record, options: &Options) -> Result<Answer, Error> {
 /// As [`analyse`].
 pub fn analyse_with(record: &Record, options: &Options, criteria: &Criteria) -> Result<Answer, Error> {
     options.check()?;
-    let options = &below_half_the_rate(record, options)?;
+    let options = &limit_band(record, options)?;
     let prepared = Samples::prepare(record, options, criteria)?;
     let band_hz = options.band_hz.filter(|_| record.kind().oscillates());
     let whole = band_hz.map_or_else(|| Ok(prepared.borrowed()), |band_hz| prepared.within_band(band_hz))?;
@@ -101,7 +101,7 @@ pub fn analyse_with(record: &Record, options: &Options, criteria: &Criteria) -> 
         && let Some(other) = other_motion(&whole, &answer, &criteria.other_motion)
     {
         let (from, to) = (whole.time[other.range.start], whole.time[other.range.end - 1]);
-        answer = of_one_motion(&whole, other.own, record, options, criteria).unwrap_or(answer);
+        answer = analyse_one_motion(&whole, other.own, record, options, criteria).unwrap_or(answer);
         answer.warnings.push(Warning::OtherMotion { from_s: from, to_s: to });
     }
     answer.warnings.extend(squared_reading(&answer, record.kind(), &criteria.squared_reading));
@@ -129,7 +129,7 @@ fn falls_as_amplitudes(refusal: Error) -> Error {
 }
 
 /// The answer for the samples of one of several motions.
-fn of_one_motion(
+fn analyse_one_motion(
     whole: &Samples,
     own: Range<usize>,
     record: &Record,
@@ -141,7 +141,7 @@ fn of_one_motion(
     if begun && answer.segment.start_reason == StartReason::RecordStart {
         answer.segment.start_reason = StartReason::LeadIn;
     }
-    Some(if ended { ending_in_noise(answer) } else { answer })
+    Some(if ended { with_end_in_noise(answer) } else { answer })
 }
 
 /// [`analyse_with`] for prepared samples.
@@ -151,13 +151,18 @@ fn analyse_from_release(
     options: &Options,
     criteria: &Criteria,
 ) -> Result<Answer, Error> {
-    let from_release = after_hold(whole, record, options, criteria);
+    let from_release = analyse_after_release(whole, record, options, criteria);
     from_release.map_or_else(|| analyse_with_line(whole, record, options, criteria), Ok)
 }
 
 /// The answer for the samples from the release on, if the mass is held before it and these samples can be
 /// analysed.
-fn after_hold(whole: &Samples, record: &Record, options: &Options, criteria: &Criteria) -> Option<Answer> {
+fn analyse_after_release(
+    whole: &Samples,
+    record: &Record,
+    options: &Options,
+    criteria: &Criteria,
+) -> Option<Answer> {
     if !shows_displacement(record, options) || options.start_s.is_some() {
         return None;
     }
@@ -190,7 +195,7 @@ fn analyse_with_line(
 
 /// The options with the band limited to half of the sampling rate: the filter works on samples at equal
 /// intervals of one median step.
-fn below_half_the_rate(record: &Record, options: &Options) -> Result<Options, Error> {
+fn limit_band(record: &Record, options: &Options) -> Result<Options, Error> {
     let mut options = options.clone();
     let highest = 0.5 / record.clock_report().median_step_s;
     if let Some([low, high]) = options.band_hz.as_mut().filter(|_| record.kind().oscillates()) {
@@ -210,7 +215,7 @@ fn analyse_without_line(
     options: &Options,
     criteria: &Criteria,
 ) -> Result<Answer, Error> {
-    let (level, answer, baseline) = about_a_level(whole, record, options, criteria)?;
+    let (level, answer, baseline) = with_baseline_subtracted(whole, record, options, criteria)?;
     let whole = &level;
     let cut = clipped_crests_of(whole, &answer, record, options, criteria);
     let after_clipping = cut.filter(|_| options.start_s.is_none()).and_then(|cut| {
@@ -264,7 +269,7 @@ fn straightened_reading(
 
 /// The answer for the samples, or for the samples minus a curved baseline if that is better and a bent sensor
 /// curve does not explain the level.
-fn about_a_level<'a>(
+fn with_baseline_subtracted<'a>(
     whole: &Samples<'a>,
     record: &Record,
     options: &Options,
@@ -273,7 +278,7 @@ fn about_a_level<'a>(
     let answer = analyse_part(whole.clone(), record, options, criteria);
     let doubtful = match &answer {
         Ok(answer) => answer.diagnostics.method != "waveform",
-        Err(refusal) => of_length(refusal),
+        Err(refusal) => may_be_too_short(refusal),
     };
     let of_samples = record.kind().oscillates() && options.band_hz.is_none() && options.lockin.is_none();
     let level =
@@ -361,19 +366,19 @@ fn analyse_part(
     let Some(range) = part else { return analyse_samples(whole, record, options, criteria) };
     let cut = range.end < whole.len();
     match analyse_samples(whole.part(range), record, options, criteria) {
-        Ok(answer) if cut && goes_on(&answer, &criteria.active_part) => {
+        Ok(answer) if cut && continues_above_noise(&answer, &criteria.active_part) => {
             let of_all = analyse_samples(whole, record, options, criteria).ok();
             let longer = of_all.filter(|a| a.segment.end_s > answer.segment.end_s);
-            Ok(longer.unwrap_or_else(|| ending_in_noise(answer)))
+            Ok(longer.unwrap_or_else(|| with_end_in_noise(answer)))
         }
-        Ok(answer) => Ok(if cut { ending_in_noise(answer) } else { answer }),
+        Ok(answer) => Ok(if cut { with_end_in_noise(answer) } else { answer }),
         Err(_) => analyse_samples(whole, record, options, criteria),
     }
 }
 
 /// Marks an answer for the active part of a record. What follows the part is noise, so a motion that lasts to
 /// its end has reached the noise.
-fn ending_in_noise(mut answer: Answer) -> Answer {
+fn with_end_in_noise(mut answer: Answer) -> Answer {
     if answer.segment.end_reason == EndReason::RecordEnd {
         answer.segment.end_reason = EndReason::Noise;
     }
@@ -381,7 +386,7 @@ fn ending_in_noise(mut answer: Answer) -> Answer {
 }
 
 /// Whether the motion is still above the noise at the end of the samples.
-fn goes_on(answer: &Answer, criteria: &ActivePartCriteria) -> bool {
+fn continues_above_noise(answer: &Answer, criteria: &ActivePartCriteria) -> bool {
     let diagnostics = &answer.diagnostics;
     let first = answer.parameter(Parameter::InitialAmplitude).map_or(0.0, |a| a.value);
     answer.segment.end_reason == EndReason::RecordEnd
@@ -419,7 +424,7 @@ fn analyse_samples(
             }
         }
         Ok(decay) => decay,
-        Err(refusal) if waveform && of_length(&refusal) => {
+        Err(refusal) if waveform && may_be_too_short(&refusal) => {
             fit_few_cycles(&samples, options.model, criteria).ok_or(refusal)?
         }
         Err(refusal) => return Err(refusal),
@@ -470,7 +475,7 @@ fn amplitudes<'a>(
 }
 
 /// Whether a record was refused possibly because it has too few cycles.
-fn of_length(refusal: &Error) -> bool {
+fn may_be_too_short(refusal: &Error) -> bool {
     matches!(refusal, Error::NotARingDown { .. } | Error::NoFit { .. } | Error::NoOscillation { .. })
 }
 

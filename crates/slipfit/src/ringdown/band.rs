@@ -52,8 +52,8 @@ fn motion_and_band<'a>(
 ) -> Option<(Samples<'a>, bool)> {
     let reach_s = criteria.band.reach / (band_hz[1] - band_hz[0]);
     let mut samples = unfiltered.part(described(unfiltered, answer, reach_s));
-    let fit = answer.fit.going_on_to(samples.time[samples.len() - 1]);
-    let mut motion: Vec<f64> = samples.time.iter().map(|t| fit.motion_beyond(*t)).collect();
+    let fit = answer.fit.continued_to(samples.time[samples.len() - 1]);
+    let mut motion: Vec<f64> = samples.time.iter().map(|t| fit.extrapolated_motion(*t)).collect();
     if !motion.iter().all(|x| x.is_finite()) {
         return None;
     }

@@ -43,7 +43,7 @@ const SHAPED_SHARE: f64 = 0.5;
 
 /// Includes those terms of the requested model that have a shape parameter in the start values: if such a
 /// term causes no loss, the data carry no information about its shape.
-pub(crate) fn offer(start: &[f64], asked: Option<LossModel>) -> Vec<f64> {
+pub(crate) fn with_shape_starts(start: &[f64], asked: Option<LossModel>) -> Vec<f64> {
     let mut offered = start.to_vec();
     for term in LossTerm::further_of(asked) {
         let Some((shape, first)) = shape_slot(term).zip(first_shape(term)) else { continue };
@@ -57,7 +57,7 @@ pub(crate) fn offer(start: &[f64], asked: Option<LossModel>) -> Vec<f64> {
 }
 
 /// Free parameters of a model: amplitude, its loss terms, the nuisance parameters.
-fn free_of(model: LossModel, nuisance: &[usize]) -> Vec<usize> {
+fn free_parameters(model: LossModel, nuisance: &[usize]) -> Vec<usize> {
     let mut free: Vec<usize> =
         [A0].into_iter().chain(model.terms().flat_map(slots)).chain(nuisance.iter().copied()).collect();
     free.sort_unstable();
@@ -114,7 +114,7 @@ pub(crate) struct Search<'a> {
 #[derive(Clone, Copy)]
 pub(crate) struct LastSteps<'a> {
     /// Accurate to far below a standard error.
-    pub(crate) closely: &'a dyn LeastSquares,
+    pub(crate) accurate: &'a dyn LeastSquares,
     /// Accurate to rounding.
     pub(crate) exact: &'a dyn LeastSquares,
 }
@@ -155,7 +155,7 @@ pub(crate) fn compare(
     let largest = LossModel::compared(asked).last().unwrap_or(LossModel::VISCOUS_SLIDING);
     let first = [LossModel::VISCOUS_SLIDING, largest];
     let fit_one = |model: LossModel, fits: &[(LossModel, Fit)]| {
-        let free = free_of(model, nuisance);
+        let free = free_parameters(model, nuisance);
         if (noise.observations as usize) <= free.len() {
             return None;
         }
@@ -174,7 +174,7 @@ pub(crate) fn compare(
         // The largest model with a shape is fitted first; the others start from it.
         let new_shape = |term: &&LossTerm| model.has(**term) && fits.iter().all(|(m, _)| !m.has(**term));
         let starts = match LossTerm::shaped().iter().find(new_shape) {
-            Some(_) => settled_but_for_shapes(problem, starts, &free),
+            Some(_) => fitted_at_fixed_shapes(problem, starts, &free),
             None => starts,
         };
         let tried = if side_minima { FITTED_STARTS } else { 1 };
@@ -200,7 +200,7 @@ pub(crate) fn compare(
         let within =
             fits.iter().filter(|(m, f)| m.is_within(model) && f.rss < rss * (1.0 - NESTED_TOLERANCE));
         let Some((_, better)) = within.min_by(|a, b| a.1.rss.total_cmp(&b.1.rss)) else { continue };
-        if let Some(fit) = minimise(problem, &better.parameters, &free_of(model, nuisance)) {
+        if let Some(fit) = minimise(problem, &better.parameters, &free_parameters(model, nuisance)) {
             fits[i].1 = fit;
         }
     }
@@ -221,7 +221,7 @@ pub(crate) fn compare(
 /// models that need no further step: viscous and sliding loss, unless they are far above the best one.
 fn take_last_steps(
     fits: &mut [(LossModel, Fit)],
-    LastSteps { closely, exact }: LastSteps,
+    LastSteps { accurate, exact }: LastSteps,
     (begun, side_minima): (Option<&Fit>, bool),
     noise: NoiseModel,
     criteria: &InferenceCriteria,
@@ -234,7 +234,7 @@ fn take_last_steps(
         let rise = fit.rss - least;
         let far = rise > criteria.no_rival * noise.residual_variance(fit);
         let reported = model.is_within(LossModel::VISCOUS_SLIDING) && !far;
-        let problem = if reported { exact } else { closely };
+        let problem = if reported { exact } else { accurate };
         let closer = if side_minima {
             minimise_until(problem, &fit.parameters, &fit.free, FIT_TOLERANCE, true)
         } else {
@@ -411,7 +411,7 @@ fn shaped_starts(
 
 /// Starts with all parameters but the shapes fitted: the sum of squares falls along a curved valley from one
 /// shape to another, and the final fit starts from its lowest point.
-fn settled_but_for_shapes(
+fn fitted_at_fixed_shapes(
     problem: &dyn LeastSquares,
     starts: Vec<Vec<f64>>,
     free: &[usize],
@@ -422,7 +422,8 @@ fn settled_but_for_shapes(
         return starts;
     }
     let settled = |start: Vec<f64>| {
-        minimise_until(problem, &start, &fixed, SETTLED_TOLERANCE, true).map_or(start, |fit| fit.parameters)
+        minimise_until(problem, &start, &fixed, FIXED_SHAPE_TOLERANCE, true)
+            .map_or(start, |fit| fit.parameters)
     };
     let settled: Vec<Vec<f64>> = starts.into_iter().map(settled).collect();
     // A shape far off is often compensated by negative losses, in a separate minimum.
@@ -432,7 +433,7 @@ fn settled_but_for_shapes(
 }
 
 /// Tolerance, in standard errors, to which all parameters but the shape are fitted at the start of a search.
-const SETTLED_TOLERANCE: f64 = 1.0;
+const FIXED_SHAPE_TOLERANCE: f64 = 1.0;
 
 /// Tolerance, in standard errors, to which a model is fitted; the last step, which is smaller, is still
 /// taken.

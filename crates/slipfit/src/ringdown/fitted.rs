@@ -187,7 +187,7 @@ impl FittedMotion {
 
     /// The motion without a second mode, continued up to `end_s`, to its stop or as far as a closed-form law
     /// allows.
-    pub(super) fn going_on_to(&self, end_s: f64) -> Self {
+    pub(super) fn continued_to(&self, end_s: f64) -> Self {
         let mut motion = Self { second_mode: None, ..self.clone() };
         if motion.table.is_empty() {
             motion.end_s = motion.end_s.max(end_s);
@@ -197,7 +197,7 @@ impl FittedMotion {
     }
 
     /// The motion at any time, extrapolated by the law before the fitted stretch; NaN for a bare envelope.
-    pub(super) fn motion_beyond(&self, time_s: f64) -> f64 {
+    pub(super) fn extrapolated_motion(&self, time_s: f64) -> f64 {
         self.first_mode_at(time_s)
     }
 
@@ -238,7 +238,7 @@ impl FittedMotion {
     }
 
     pub(super) fn phase_at(&self, time_s: f64) -> Option<Knot> {
-        if amplitude_missing(&self.knots) {
+        if has_no_amplitude(&self.knots) {
             return None;
         }
         let right = self.knots.partition_point(|k| k.time_s < time_s).clamp(1, self.knots.len() - 1);
@@ -246,7 +246,7 @@ impl FittedMotion {
     }
 }
 
-fn amplitude_missing(knots: &[Knot]) -> bool {
+fn has_no_amplitude(knots: &[Knot]) -> bool {
     knots.len() < 2
 }
 

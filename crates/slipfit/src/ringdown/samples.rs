@@ -2,7 +2,7 @@
 
 use super::criteria::Criteria;
 use super::options::Options;
-use super::spikes::not_of_the_motion;
+use super::spikes::spikes_and_dropouts;
 use super::unresolved::{may_be_unresolved, resolved};
 use crate::error::BEYOND_NUMBERS;
 use crate::motion::decay::window::Observable;
@@ -77,7 +77,7 @@ impl<'a> Samples<'a> {
         let mut samples = Self::between(record, options.start_s, options.end_s)?;
         if record.kind().oscillates() {
             let repeats = || samples.converter_step(criteria.blocks.distinct_values) > 0.0;
-            let left_out = not_of_the_motion(&samples.time, &samples.signal, repeats, &criteria.spikes);
+            let left_out = spikes_and_dropouts(&samples.time, &samples.signal, repeats, &criteria.spikes);
             samples.leave_out(&left_out);
             if options.band_hz.is_none() && options.end_s.is_none() {
                 samples.leave_unresolved(criteria);

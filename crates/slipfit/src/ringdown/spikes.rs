@@ -19,7 +19,7 @@ const REACH: usize = 2;
 /// zero lies far from the motion at large amplitude but is hidden at small amplitude, where it reduces the
 /// amplitude as friction does. If values repeat anyway, as with the steps of a converter, they carry no such
 /// information.
-pub(crate) fn not_of_the_motion(
+pub(crate) fn spikes_and_dropouts(
     time: &[f64],
     signal: &[f64],
     repeats: impl FnOnce() -> bool,
@@ -65,7 +65,7 @@ fn spikes(time: &[f64], signal: &[f64], criteria: &SpikeCriteria) -> Vec<usize> 
         let end = (from + WINDOW).min(n - REACH);
         let off = &mut off[..end - from];
         let rows = signal[from - REACH..end + REACH].windows(2 * REACH + 1);
-        off.iter_mut().zip(rows).for_each(|(off, row)| *off = off_neighbours(row));
+        off.iter_mut().zip(rows).for_each(|(off, row)| *off = deviation_from_neighbours(row));
         let sum = sum_of(off, |o| o * o);
         let (low, high) = extremes(off);
         let largest = (low * low).max(high * high);
@@ -85,7 +85,7 @@ fn spikes(time: &[f64], signal: &[f64], criteria: &SpikeCriteria) -> Vec<usize> 
 }
 
 /// Deviation of the middle one of five samples from the cubic through the others.
-fn off_neighbours(row: &[f64]) -> f64 {
+fn deviation_from_neighbours(row: &[f64]) -> f64 {
     row[2] - (4.0 * (row[1] + row[3]) - (row[0] + row[4])) / 6.0
 }
 
@@ -134,7 +134,7 @@ mod tests {
     }
 
     fn left_out(time: &[f64], signal: &[f64]) -> Vec<usize> {
-        not_of_the_motion(time, signal, || false, &SpikeCriteria::default())
+        spikes_and_dropouts(time, signal, || false, &SpikeCriteria::default())
     }
 
     #[test]
@@ -195,7 +195,7 @@ mod tests {
             let all: Vec<usize> = (0..signal.len()).filter(lost).collect();
             assert_eq!(left_out(&time(), &signal), all, "noise {noise}");
             // Zeros of a converter are ordinary samples.
-            let found = not_of_the_motion(&time(), &signal, || true, &SpikeCriteria::default());
+            let found = spikes_and_dropouts(&time(), &signal, || true, &SpikeCriteria::default());
             assert!(found.len() < all.len(), "{}", found.len());
         }
         // If half of the samples are zero, the zeros are part of the signal.

@@ -20,7 +20,7 @@ pub(crate) fn resolved(time: &[f64], signal: &[f64], step: f64, criteria: &Resol
 /// Whether the last samples take as few distinct values as in an unresolved rest.
 pub(crate) fn may_be_unresolved(signal: &[f64], criteria: &ResolutionCriteria) -> bool {
     let mut values: Vec<f64> = Vec::new();
-    for x in last(signal, criteria) {
+    for x in final_samples(signal, criteria) {
         if !values.contains(x) {
             values.push(*x);
         }
@@ -32,13 +32,13 @@ pub(crate) fn may_be_unresolved(signal: &[f64], criteria: &ResolutionCriteria) -
 }
 
 /// The samples at the end from which the level of the rest is determined.
-fn last<'a>(signal: &'a [f64], criteria: &ResolutionCriteria) -> &'a [f64] {
+fn final_samples<'a>(signal: &'a [f64], criteria: &ResolutionCriteria) -> &'a [f64] {
     let n = signal.len();
     &signal[n - (n / criteria.last_part).max(criteria.least_last).min(n)..]
 }
 
 fn resolved_end(time: &[f64], signal: &[f64], step: f64, criteria: &ResolutionCriteria) -> Option<usize> {
-    let level = median(&mut last(signal, criteria).to_vec())?;
+    let level = median(&mut final_samples(signal, criteria).to_vec())?;
     let beyond = (criteria.steps + 0.5) * step;
     let side = |i: usize| match signal[i] - level {
         off if off > beyond => 1,

@@ -170,7 +170,7 @@ impl Waveform<'_> {
     }
 
     /// The same problem; its gathered sums are used only where they are as accurate as those of all samples.
-    pub(crate) fn closely(&self) -> Self {
+    pub(crate) fn accurate(&self) -> Self {
         // An acceleration jumps at its turning points, which the gathered sums cannot reproduce for other
         // motions.
         if self.observable == Observable::Acceleration {

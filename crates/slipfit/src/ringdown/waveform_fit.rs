@@ -1,7 +1,9 @@
 //! Fit of the exact motion to every sample of a window.
 
 use super::cluster_jackknife::inflation_of_samples;
-use super::compare::{LastSteps, Models, Search, WholeLoss, compare, loss_parameters, offer, slots};
+use super::compare::{
+    LastSteps, Models, Search, WholeLoss, compare, loss_parameters, slots, with_shape_starts,
+};
 use super::criteria::{Criteria, WaveformCriteria};
 use super::envelope::{A0, DELTA, DRAG, X_F, law_of};
 use super::last_swing::{LastSwing, is_hidden};
@@ -120,7 +122,7 @@ fn fit_with_rest<'a>(
 ) -> Option<(WindowFit<'a>, f64)> {
     let window = WindowSamples { samples, measured, range: range.clone(), criteria };
     let (problem, NuisanceSelection { mut fit, nuisance, .. }) =
-        window.select_nuisances(offer(&start, asked), rest, asked)?;
+        window.select_nuisances(with_shape_starts(&start, asked), rest, asked)?;
     let (n, duration) = (range.len(), problem.duration);
     // With more samples, a fit with residuals no larger than the noise is hardly a secondary minimum.
     let few = n <= criteria.waveform.multi_start_samples;
@@ -147,8 +149,8 @@ fn fit_with_rest<'a>(
     }
     let mut noise = NoiseModel::white(problem.counted());
     let whole = whole_loss(&fit, duration);
-    let last = problem.gathered.is_some().then(|| [problem.closely(), problem.exact()]);
-    let last = last.as_ref().map(|[closely, exact]| LastSteps { closely, exact });
+    let last = problem.gathered.is_some().then(|| [problem.accurate(), problem.exact()]);
+    let last = last.as_ref().map(|[accurate, exact]| LastSteps { accurate, exact });
     let search =
         Search { asked, models, begun: Some(&fit), side_minima, last, criteria: &criteria.inference };
     let comparison = compare(&problem, &fit.parameters, &nuisance, noise, whole, search);

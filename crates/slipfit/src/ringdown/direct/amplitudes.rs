@@ -125,7 +125,7 @@ pub fn fit_amplitudes(sampling: Sampling<'_>, amplitude: &[f64]) -> Result<Ampli
             Trace { time: Some(time_s), amplitude, first: time_s[0], interval: None }
         }
     };
-    let (power, thirds) = crate::numeric::dispatch(Look(amplitude));
+    let (power, thirds) = crate::numeric::dispatch(PowerAndThirds(amplitude));
     if !power.is_finite() {
         super::check_finite("amplitude", amplitude)?;
     }
@@ -154,7 +154,7 @@ pub fn fit_amplitudes(sampling: Sampling<'_>, amplitude: &[f64]) -> Result<Ampli
         Some(by_slope(&crate::numeric::dispatch(pass), height, rate))
     };
     let moved = |p: &[f64; 3], step: &[f64; 3]| [p[0] + step[0], p[1] + step[1], p[2] + step[2]];
-    let found = minimise_to(REMAINS, start, n as f64, power, sums, moved)
+    let found = minimise_to(TOLERANCE, start, n as f64, power, sums, moved)
         .filter(|found| found.best.iter().all(|v| v.is_finite()))
         .ok_or(Error::NoFit { reason: "the trace does not distinguish a decay rate from a sliding rate" })?;
     let [initial, slope, rate] = found.best;
@@ -176,7 +176,7 @@ pub fn fit_amplitudes(sampling: Sampling<'_>, amplitude: &[f64]) -> Result<Ampli
 /// Tolerance as a fraction of a standard error, extrapolated from the convergence of the steps so far; if
 /// convergence slows down at the end, it may be exceeded by a factor of a hundred. It matches the accuracy to
 /// which [`EvenTraces`](super::EvenTraces) finds the minimum by another method.
-const REMAINS: f64 = 1e-10;
+const TOLERANCE: f64 = 1e-10;
 
 /// `R A R^T` for a symmetric `A`.
 fn congruent(a: &[[f64; 3]; 3], rows: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
@@ -211,9 +211,9 @@ pub(super) fn by_slope(sums: &Sums<3>, height: f64, rate: f64) -> Sums<3> {
 }
 
 /// Sum of squares and sums over the thirds of a trace.
-struct Look<'a>(&'a [f64]);
+struct PowerAndThirds<'a>(&'a [f64]);
 
-impl pulp::NullaryFnOnce for Look<'_> {
+impl pulp::NullaryFnOnce for PowerAndThirds<'_> {
     type Output = (f64, [f64; 3]);
 
     #[inline(always)]

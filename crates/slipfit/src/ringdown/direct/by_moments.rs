@@ -141,12 +141,12 @@ impl Found {
 /// Maximum number of steps of a fit that converges; most take two.
 const MOST_STEPS: usize = 12;
 /// Tolerance as a fraction of a standard error.
-const REMAINS: f64 = 1e-8;
+const TOLERANCE: f64 = 1e-8;
 /// Residuals below this fraction of the signal's power are differences of nearly equal sums and lose digits.
 const EXACT: f64 = 1e-9;
 /// Standard error of `delta T` beyond which the law is nonlinear within it: a fit with safeguarded steps is
 /// required.
-const VAGUE: f64 = 0.3;
+const MOST_RATE_ERROR: f64 = 0.3;
 
 /// Products at `z`: of the law and its derivatives with the trace (`gy`, …), with itself, and of its
 /// derivative with itself.
@@ -252,8 +252,8 @@ impl Fit<'_> {
                 // If the steps continue to shrink quadratically, as in Newton's method, the next one is the
                 // cube of this one over the square of the last.
                 let (this, last) = (step * step, before[k]);
-                let small =
-                    this * this * this * slope * slope * across <= REMAINS * REMAINS * variance * last * last;
+                let small = this * this * this * slope * slope * across
+                    <= TOLERANCE * TOLERANCE * variance * last * last;
                 before[k] = this;
                 z[k] = if ended[k] { z[k] } else { z[k] + step };
                 ended[k] |= (small & (this < last)) | !(z[k].abs() < 2.0 * law.most);
@@ -338,8 +338,8 @@ impl Fit<'_> {
                 & (known.power[k] > 0.0)
                 & (z.abs() <= law.most)
                 // Size of the step that would follow.
-                & ((b * ascent).abs() <= 10.0 * REMAINS * z_error * sharp)
-                & (2.0 * z_error < VAGUE)
+                & ((b * ascent).abs() <= 10.0 * TOLERANCE * z_error * sharp)
+                & (2.0 * z_error < MOST_RATE_ERROR)
                 & (rss > EXACT * known.power[k]);
         }
         found

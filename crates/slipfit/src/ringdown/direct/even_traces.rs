@@ -57,7 +57,7 @@ const MOST: usize = 1 << 14;
 
 /// Number of traces by which memory is prefetched: the latency of memory is about the time needed to sum two
 /// traces.
-const AHEAD: usize = 2;
+const PREFETCH_DISTANCE: usize = 2;
 
 impl EvenTraces {
     /// Prepares the fit of traces of this many samples.
@@ -149,7 +149,7 @@ impl EvenTraces {
                     left.push(row);
                     continue;
                 }
-                let ahead = traces.get(row + AHEAD).map_or(trace, |(trace, _)| trace);
+                let ahead = traces.get(row + PREFETCH_DISTANCE).map_or(trace, |(trace, _)| trace);
                 let sums = crate::numeric::dispatch(Summed::<T, K> { moments, trace, ahead });
                 for (to, sum) in known.moments.iter_mut().zip(sums.moments) {
                     to[lanes] = sum;

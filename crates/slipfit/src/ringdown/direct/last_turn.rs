@@ -6,7 +6,7 @@
 //! examined in order of increasing minima.
 
 use super::minimise::{Minimum, Sums, inverse, step};
-use super::samples::{Samples, Stop, nearer};
+use super::samples::{Samples, Stop, improved_start};
 use crate::motion::decay::amplitude::sliding_gain;
 use crate::motion::decay::closed_sums::Fall;
 use std::f64::consts::PI;
@@ -88,7 +88,7 @@ pub(super) fn of_any_part(
         }
         let part =
             Samples { time: &samples.time[..count], signal: &samples.signal[..count], power: samples.power };
-        let near = nearer(part.time, part.signal, start).map_or(*start, |(near, _)| near);
+        let near = improved_start(part.time, part.signal, start).map_or(*start, |(near, _)| near);
         for from in [near, *start] {
             if let Some(motion) = part.fit(from, Stop::Never) {
                 motions.push((turn_after(&motion.best, end), motion.best));

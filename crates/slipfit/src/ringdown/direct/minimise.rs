@@ -23,9 +23,9 @@ pub(super) struct Minimum<const N: usize> {
 const MOST_PASSES: usize = 60;
 /// The last step is taken without evaluating its sums if the remaining error, extrapolated from the
 /// convergence so far, is below this fraction of a standard error.
-const LAST: f64 = 1e-3;
+const LAST_STEP_ERROR: f64 = 1e-3;
 /// Maximum length of the last step, as a multiple of that fraction.
-const LONGEST: f64 = 300.0;
+const LONGEST_LAST_STEP: f64 = 300.0;
 /// The relative rounding error of the residuals is at most about 1e-13 of the signal.
 pub(super) const ROUNDING: f64 = 1e-26;
 
@@ -40,7 +40,7 @@ pub(super) fn minimise<const N: usize>(
     sums: impl FnMut(&[f64; N]) -> Option<Sums<N>>,
     moved: impl Fn(&[f64; N], &[f64; N]) -> [f64; N],
 ) -> Option<Minimum<N>> {
-    minimise_to(LAST, start, observations, power, sums, moved)
+    minimise_to(LAST_STEP_ERROR, start, observations, power, sums, moved)
 }
 
 /// [`minimise`] with the tolerance `part`, as a fraction of a standard error.
@@ -68,7 +68,7 @@ pub(super) fn minimise_to<const N: usize>(
         // The gain of a step is the square of its length in standard errors, times the noise variance.
         let length = (gain.max(0.0) / noise).sqrt();
         let remains = length * (length / before).min(1.0);
-        let last = remains <= part && length <= LONGEST * part;
+        let last = remains <= part && length <= LONGEST_LAST_STEP * part;
         if damping == 0.0 && (last || gain <= ROUNDING * power) {
             if trial.iter().all(|v| v.is_finite()) {
                 best = trial;

@@ -36,7 +36,7 @@ impl Samples<'_> {
         let count = end.len() as f64;
         let mean = end.iter().sum::<f64>() / count;
         let scatter = end.iter().map(|y| (y - mean).powi(2)).sum::<f64>() / (count - 1.0);
-        rss / n as f64 > CALMER * scatter
+        rss / n as f64 > REST_VARIANCE_RATIO * scatter
     }
 }
 
@@ -46,7 +46,7 @@ const END_PART: usize = 16;
 const END_LEAST: usize = 8;
 const END_MOST: usize = 128;
 /// Ratio of the residual variance of a fit to the variance of the end above which the end is at rest.
-const CALMER: f64 = 1.6;
+const REST_VARIANCE_RATIO: f64 = 1.6;
 
 /// Maximum number of pieces whose amplitudes and phases improve the start values.
 const PIECES: usize = 24;
@@ -55,7 +55,7 @@ const PIECES: usize = 24;
 /// start, a straight line is fitted to the phases and the averaged law to the amplitudes. Also returns the
 /// residual sum of squares of the pieces. `None` for fewer than four cycles or if the result is not
 /// plausible.
-pub(super) fn nearer(time: &[f64], signal: &[f64], at: &[f64; 6]) -> Option<([f64; 6], f64)> {
+pub(super) fn improved_start(time: &[f64], signal: &[f64], at: &[f64; 6]) -> Option<([f64; 6], f64)> {
     let &[_, x_f, delta, phase, omega, _] = at;
     let (origin, n) = (time[0], time.len());
     let cycles = omega / TAU * (time[n - 1] - origin);

@@ -2,7 +2,7 @@
 
 use super::last_turn;
 use super::minimise::{Minimum, spread};
-use super::samples::{Samples, Stop, nearer};
+use super::samples::{Samples, Stop, improved_start};
 use crate::Error;
 use crate::motion::decay::amplitude::sliding_gain;
 use crate::motion::decay::closed_sums::Fall;
@@ -143,7 +143,7 @@ pub fn fit_waveform(time_s: &[f64], signal: &[f64], start: &Decay) -> Result<Dec
     let duration = time_s[n - 1] - origin;
     let samples = Samples { time: time_s, signal, power };
     let mut found = None;
-    if let Some((near, rss)) = nearer(time_s, signal, &at) {
+    if let Some((near, rss)) = improved_start(time_s, signal, &at) {
         // The fit of the pieces gives the expected residual.
         found = samples.fit(near, Stop::Never).filter(|f| f.converged && f.rss < 2.0 * rss + 1e-20 * power);
     }

@@ -12,7 +12,7 @@ use crate::inference::noise::{autocorrelation, significant_inflation};
 use crate::inference::smooth::{Smoothed, smooth};
 use crate::numeric::order::sort_by_value;
 use crate::numeric::robust;
-use crate::ringdown::amplitude_fit::LEAST_SQUARE;
+use crate::ringdown::amplitude_fit::LEAST_SQUARED_AMPLITUDE;
 use std::f64::consts::PI;
 
 /// Number of intervals between the reported points of the curve.
@@ -134,7 +134,7 @@ fn nodes(data: &Amplitudes) -> Vec<Node> {
 /// `4 (A² + sigma²)`, the ratio of the variance of a square to that of its amplitude, with
 /// `floor = 2 sigma²`.
 fn spread_of_square(amplitude: f64, largest: f64, floor: f64) -> f64 {
-    4.0 * (amplitude * amplitude + 0.5 * floor).max(LEAST_SQUARE * largest * largest)
+    4.0 * (amplitude * amplitude + 0.5 * floor).max(LEAST_SQUARED_AMPLITUDE * largest * largest)
 }
 
 /// Weights mean squares by the given amplitudes: if weighted by the measured ones, those made small by noise

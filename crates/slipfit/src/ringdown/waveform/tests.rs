@@ -273,7 +273,7 @@ fn sums_that_were_gathered_are_those_of_all_samples() {
         let exact = Waveform { observable, ..wave(&time, &signal, None) };
         let gathered = exact.clone().gathered_about(&p);
         assert!(gathered.gathered.is_some());
-        let closely = gathered.closely();
+        let accurate = gathered.accurate();
         let free = [A0, X_F, DELTA, DRAG, PHASE, OMEGA, OFFSET];
         let sums = |problem: &Waveform, p: &[f64]| {
             let mut out = Normal::zeros(COUNT);
@@ -313,9 +313,9 @@ fn sums_that_were_gathered_are_those_of_all_samples() {
                 assert!(miss < 0.02, "{k} {i}: {miss}");
                 assert!((near.jtj[(i, i)] / all.jtj[(i, i)] - 1.0).abs() < 3e-3, "{k} {i}");
             }
-            // With `closely`, no parameter moves by more than a thousandth of its error, or of the deviation
+            // With `accurate`, no parameter moves by more than a thousandth of its error, or of the deviation
             // of the motion.
-            let close = sums(&closely, &q);
+            let close = sums(&accurate, &q);
             let off = (all.rss / 3000.0 + rise).sqrt();
             for &i in &free {
                 let miss = (close.jtr[i] - all.jtr[i]).abs() / (all.jtj[(i, i)].sqrt() * off);
