@@ -4,10 +4,10 @@ use super::describe::error_of_interval;
 use crate::Quantity;
 use crate::inference::Z_95;
 use crate::inference::coefficient::AbsentCoefficient;
-pub(crate) use crate::inference::coefficient::Weighed;
+pub(crate) use crate::inference::coefficient::WeightedEstimate;
 use crate::inference::criteria::InferenceCriteria;
 use crate::inference::model_selection::{ModelComparison, ModelFit};
-use crate::inference::quadratic::given;
+use crate::inference::quadratic::conditional_minimum;
 use crate::model::loss::{LossModel, LossTerm};
 use crate::numeric::roots::root;
 use statrs::function::erf::erfc;
@@ -17,9 +17,9 @@ use std::f64::consts::SQRT_2;
 /// estimates, weighted by their probabilities, contain 2.5 % (Turek and Fletcher 2012, Computational Statistics and
 /// Data Analysis 56, 2809), and never inside the interval of the estimate itself. The standard error is raised to at
 /// least that of the interval.
-pub(crate) fn stretched(mut q: Quantity, others: &[Weighed]) -> Quantity {
-    let known = |o: &&Weighed| o.value.is_finite() && o.std_error.is_finite() && o.std_error > 0.0;
-    let others: Vec<Weighed> = others.iter().filter(known).copied().collect();
+pub(crate) fn widened(mut q: Quantity, others: &[WeightedEstimate]) -> Quantity {
+    let known = |o: &&WeightedEstimate| o.value.is_finite() && o.std_error.is_finite() && o.std_error > 0.0;
+    let others: Vec<WeightedEstimate> = others.iter().filter(known).copied().collect();
     let [low, high] = q.interval_95;
     if others.is_empty() || !high.is_finite() || !low.is_finite() {
         return q;
@@ -34,13 +34,13 @@ pub(crate) fn stretched(mut q: Quantity, others: &[Weighed]) -> Quantity {
 }
 
 /// Factor by which other models widen an interval.
-pub(crate) fn widening(q: &Quantity, others: &[Weighed]) -> f64 {
+pub(crate) fn widening(q: &Quantity, others: &[WeightedEstimate]) -> f64 {
     let width = |q: &Quantity| q.interval_95[1] - q.interval_95[0];
-    width(&stretched(q.clone(), others)) / width(q)
+    width(&widened(q.clone(), others)) / width(q)
 }
 
 /// One end of an interval: the upper one if `side` is 1, the lower one if it is -1.
-fn end(q: &Quantity, others: &[Weighed], side: f64) -> f64 {
+fn end(q: &Quantity, others: &[WeightedEstimate], side: f64) -> f64 {
     let end = if side < 0.0 { q.interval_95[0] } else { q.interval_95[1] };
     let all: f64 = others.iter().map(|o| o.weight).sum();
     let own = (1.0 - all).max(0.0);
@@ -96,7 +96,7 @@ impl<'a> AbsentLoss<'a> {
         let slot = slot(term);
         let most = match replaced {
             Some(fit) if !comparison.viscous_is_sure => fit.unbounded.parameters[slot],
-            _ => given(&with.unbounded, &[(viscous, 0.0)])?.1[slot],
+            _ => conditional_minimum(&with.unbounded, &[(viscous, 0.0)])?.1[slot],
         };
         let std_error = comparison.noise.std_error(&with.unbounded, slot);
         if !(std_error > 0.0 && std_error.is_finite() && most > 0.0) {
@@ -121,7 +121,7 @@ impl<'a> AbsentLoss<'a> {
     /// Estimate, by the model with the loss, of a quantity with this `gradient` with respect to the parameters. Each
     /// value of the coefficient shifts it along the covariance from its value `without` the loss; the variance
     /// conditional on the coefficient is added. `total`: sum of the odds of all models.
-    fn weighed(&self, gradient: &[(usize, f64)], without: f64, total: f64) -> Weighed {
+    fn weighted_estimate(&self, gradient: &[(usize, f64)], without: f64, total: f64) -> WeightedEstimate {
         let fit = &self.with.unbounded;
         let covariance = |i: usize, j: usize| fit.unit_covariance[(i, j)];
         let slope = self.slope(gradient);
@@ -129,8 +129,8 @@ impl<'a> AbsentLoss<'a> {
             |(i, a): &(usize, f64)| -> f64 { gradient.iter().map(|(j, b)| a * b * covariance(*i, *j)).sum() };
         let whole = gradient.iter().map(own).sum::<f64>() * self.comparison.noise.variance(fit);
         let given = (whole - slope * slope * self.std_error * self.std_error).max(0.0);
-        let by = self.coefficient.weighed(without, slope, given, total);
-        Weighed { std_error: by.std_error * self.comparison.noise.student_factor(fit), ..by }
+        let by = self.coefficient.weighted_estimate(without, slope, given, total);
+        WeightedEstimate { std_error: by.std_error * self.comparison.noise.student_factor(fit), ..by }
     }
 }
 
@@ -144,7 +144,7 @@ pub(crate) fn absent_losses(
     gradient: &[(usize, f64)],
     q: &Quantity,
     slot: impl Fn(LossTerm) -> usize + Copy,
-) -> (Vec<LossTerm>, Vec<Weighed>) {
+) -> (Vec<LossTerm>, Vec<WeightedEstimate>) {
     let at_limit = |t: &LossTerm| Some(*t) != of && chosen.bounded.parameters[slot(*t)] <= 0.0;
     let limited: Vec<LossTerm> = chosen.model.terms().filter(at_limit).collect();
     let absent = |t, kept: &dyn Fn(&LossTerm) -> bool| {
@@ -164,7 +164,7 @@ pub(crate) fn absent_losses(
     });
     let found: Vec<(LossTerm, AbsentLoss, f64)> = alone.chain(beside).collect();
     let total = 1.0 + found.iter().map(|(_, loss, _)| loss.coefficient.odds).sum::<f64>();
-    found.iter().map(|(t, loss, without)| (*t, loss.weighed(gradient, *without, total))).unzip()
+    found.iter().map(|(t, loss, without)| (*t, loss.weighted_estimate(gradient, *without, total))).unzip()
 }
 
 /// Estimates of a quantity by the models that have another loss in place of viscous damping; `value` returns the
@@ -176,7 +176,7 @@ pub(crate) fn exchanged_losses(
     comparison: &ModelComparison,
     chosen: &ModelFit,
     value: impl Fn(&ModelFit) -> (f64, f64),
-) -> (Vec<LossTerm>, Vec<Weighed>) {
+) -> (Vec<LossTerm>, Vec<WeightedEstimate>) {
     if !chosen.model.has(LossTerm::Viscous) {
         return Default::default();
     }
@@ -186,7 +186,7 @@ pub(crate) fn exchanged_losses(
         let odds = (-0.5 * (fit.bic - chosen.bic)).exp();
         let (value, std_error) = value(fit);
         let weight = if odds.is_finite() { odds / (1.0 + odds) } else { 1.0 };
-        Some((term, Weighed { weight, value, std_error }))
+        Some((term, WeightedEstimate { weight, value, std_error }))
     };
     LossTerm::compared(None).filter(|t| !chosen.model.has(*t)).filter_map(exchanged).unzip()
 }
@@ -198,18 +198,18 @@ mod tests {
     #[test]
     fn an_interval_is_stretched_to_where_all_tails_hold_their_share() {
         let q = Quantity::normal(1.0, 0.1, "");
-        let same = Weighed { weight: 0.5, value: 1.0, std_error: 0.1 };
-        let [low, high] = stretched(q.clone(), &[same]).interval_95;
+        let same = WeightedEstimate { weight: 0.5, value: 1.0, std_error: 0.1 };
+        let [low, high] = widened(q.clone(), &[same]).interval_95;
         assert!((low - q.interval_95[0]).abs() < 1e-6, "{low}");
         assert!((high - q.interval_95[1]).abs() < 1e-6, "{high}");
-        let aside = Weighed { weight: 0.5, value: 2.0, std_error: 0.1 };
-        let found = stretched(q.clone(), &[aside]);
+        let aside = WeightedEstimate { weight: 0.5, value: 2.0, std_error: 0.1 };
+        let found = widened(q.clone(), &[aside]);
         // Half of the weight: its upper 5 %, i.e. 1.645 of its standard errors.
         assert!((found.interval_95[1] - 2.1645).abs() < 1e-3, "{:?}", found.interval_95);
         assert_eq!(found.interval_95[0], q.interval_95[0]);
         // A weight of 1 % lies beyond, which leaves 1.5 % for the tail of the estimate itself.
-        let unlikely = Weighed { weight: 0.01, ..aside };
-        let end = stretched(q.clone(), &[unlikely]).interval_95[1];
+        let unlikely = WeightedEstimate { weight: 0.01, ..aside };
+        let end = widened(q.clone(), &[unlikely]).interval_95[1];
         let own = 0.99 * 0.5 * erfc((end - 1.0) / (0.1 * SQRT_2));
         assert!((own - 0.015).abs() < 1e-6, "{end}");
     }

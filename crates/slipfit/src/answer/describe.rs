@@ -10,7 +10,7 @@ use crate::inference::least_squares::{Fit, LeastSquares, STEP_TOLERANCE};
 use crate::inference::model_selection::{ModelComparison, ModelFit};
 use crate::inference::noise::NoiseModel;
 use crate::inference::profile::{Estimate, Profile};
-use crate::inference::quadratic::given;
+use crate::inference::quadratic::conditional_minimum;
 use crate::model::loss::{LossModel, LossTerm};
 use crate::numeric::order::sort_by_value;
 use std::borrow::Cow;
@@ -87,7 +87,8 @@ pub(crate) fn constrained<'a>(
         return Some(Cow::Borrowed(unbounded));
     }
     // Setting such a coefficient to its limit shifts the others.
-    let start = given(unbounded, &below).map_or_else(|| unbounded.parameters.clone(), |(_, p)| p);
+    let start =
+        conditional_minimum(unbounded, &below).map_or_else(|| unbounded.parameters.clone(), |(_, p)| p);
     // If another coefficient is held at its limit, a negative coefficient may become positive.
     minimise_bounded(problem, &start, &unbounded.free, non_negative, STEP_TOLERANCE).map(Cow::Owned)
 }

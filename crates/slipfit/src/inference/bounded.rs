@@ -1,7 +1,7 @@
 //! Least squares with parameters that cannot be negative.
 
 use super::least_squares::{Fit, LeastSquares, descend_within, fit_at};
-use super::limited_step::{Limits, idle};
+use super::limited_step::{Limits, parameters_without_influence};
 
 /// Minimises `rᵀr` over the `free` parameters to within `tolerance` standard errors, with the parameters in
 /// `non_negative` kept at zero or above. Parameters that end at their limit are not free in the fit.
@@ -22,7 +22,7 @@ pub(crate) fn minimise_bounded(
         let mut left = Limits::of(problem, &free, non_negative).influential(&found.0).into_owned();
         left.retain(|i| !limited(i) || found.0[*i] > 0.0);
         if let Some(mut fit) = fit_at(found.clone(), &left) {
-            idle(problem, &found.0).for_each(|i| fit.parameters[i] = 0.0);
+            parameters_without_influence(problem, &found.0).for_each(|i| fit.parameters[i] = 0.0);
             return Some(fit);
         }
         let without = |i: usize| {

@@ -5,7 +5,7 @@ use std::f64::consts::{PI, SQRT_2};
 
 /// Estimate of a parameter by another model, and the probability of that model.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Weighed {
+pub(crate) struct WeightedEstimate {
     /// Probability of the model relative to the reported one; the weights of several kinds of models may sum to more
     /// than one.
     pub(crate) weight: f64,
@@ -48,8 +48,14 @@ impl AbsentCoefficient {
     /// Estimate, by the model with the coefficient, of a quantity whose value is `without` at zero coefficient and
     /// changes by `slope` times the coefficient, with conditional variance `given`; `total` is the sum of the odds of
     /// all models.
-    pub(crate) fn weighed(&self, without: f64, slope: f64, given: f64, total: f64) -> Weighed {
-        Weighed {
+    pub(crate) fn weighted_estimate(
+        &self,
+        without: f64,
+        slope: f64,
+        given: f64,
+        total: f64,
+    ) -> WeightedEstimate {
+        WeightedEstimate {
             weight: self.odds / total,
             value: without + slope * self.mean,
             std_error: (given + slope * slope * self.variance).sqrt(),

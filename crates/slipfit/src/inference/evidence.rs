@@ -40,7 +40,7 @@ pub(crate) fn scaled_tail(chi_square: f64, dof: f64, freedom: f64) -> f64 {
 /// tail of F(1, dof) has the weight one half (Chernoff 1954).
 ///
 /// `gain` is the decrease of the sum of squares over the variance of one observation.
-pub(crate) fn one_sided(gain: f64, dof: f64) -> f64 {
+pub(crate) fn one_sided_p_value(gain: f64, dof: f64) -> f64 {
     if gain > 0.0 { 0.5 * f_tail(gain, 1.0, dof) } else { 1.0 }
 }
 
@@ -86,8 +86,8 @@ mod tests {
         assert!((student_factor(10.0) * super::super::Z_95 - 2.2281).abs() < 1e-3);
         // Chi square with 2 degrees: 5 % point 5.991.
         assert!((chi_square_tail(5.9915, 2.0) - 0.05).abs() < 1e-4);
-        assert!((one_sided(0.0, 10.0) - 1.0).abs() < 1e-12);
-        assert!((one_sided(4.9646, 10.0) - 0.025).abs() < 1e-4);
+        assert!((one_sided_p_value(0.0, 10.0) - 1.0).abs() < 1e-12);
+        assert!((one_sided_p_value(4.9646, 10.0) - 0.025).abs() < 1e-4);
     }
 
     /// The expansion agrees with the numerical inverse to within the accuracy of the latter.

@@ -65,7 +65,7 @@ pub(crate) fn variance_inflation(
     let Some(whole) = all.clone().cholesky() else { return 1.0 };
     let unit = |k: usize| DVector::from_fn(all.nrows(), |a, _| if a == k { 1.0 } else { 0.0 });
     let known: Vec<f64> = parameters.iter().map(|k| whole.solve(&unit(*k))[*k]).collect();
-    let mut sums = vec![Movement::default(); parameters.len()];
+    let mut sums = vec![ParameterChange::default(); parameters.len()];
     for cluster in clusters {
         // If one cluster alone determines a parameter, it is skipped.
         let Some(without) = (&all - &cluster.products).cholesky() else { continue };
@@ -79,24 +79,24 @@ pub(crate) fn variance_inflation(
 
 /// Accumulated changes of one parameter over the clusters.
 #[derive(Debug, Clone, Copy, Default)]
-struct Movement {
+struct ParameterChange {
     clusters: usize,
     squares: f64,
-    expected: f64,
+    expected_variance: f64,
     expected_squares: f64,
 }
 
-impl Movement {
+impl ParameterChange {
     fn add(&mut self, moved: f64, expected: f64) {
         self.clusters += 1;
         self.squares += moved * moved;
-        self.expected += expected;
+        self.expected_variance += expected;
         self.expected_squares += expected * expected;
     }
 
     fn inflation(&self, significance: f64) -> Option<f64> {
-        let ratio = self.squares / self.expected;
-        let freedom = self.expected * self.expected / self.expected_squares;
+        let ratio = self.squares / self.expected_variance;
+        let freedom = self.expected_variance * self.expected_variance / self.expected_squares;
         // Quantile of chi square over its degrees of freedom (E. B. Wilson and M. M. Hilferty, PNAS 17, 684, 1931).
         let width = 2.0 / (9.0 * freedom);
         let white = (1.0 - width + significance * width.sqrt()).powi(3);

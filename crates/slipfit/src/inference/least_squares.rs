@@ -6,7 +6,7 @@ use super::normal::{invert, solve};
 use crate::numeric::order::sort_by_value;
 use nalgebra::{DMatrix, SymmetricEigen};
 
-pub(crate) use super::normal::{LeastSquares, Normal, log_determinant, newton_step, promised_gain};
+pub(crate) use super::normal::{LeastSquares, Normal, log_determinant, newton_step, predicted_gain};
 
 /// Result of a fit.
 #[derive(Debug, Clone)]

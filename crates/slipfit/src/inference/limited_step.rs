@@ -9,7 +9,7 @@ pub(crate) struct Limits<'a> {
     free: &'a [usize],
     non_negative: &'a [usize],
     /// Whether any parameter has a limit.
-    any: bool,
+    has_limits: bool,
 }
 
 /// Slope away from a limit that is attributed to rounding, for parameters scaled to unit norm of their columns and
@@ -23,7 +23,7 @@ impl<'a> Limits<'a> {
     /// The limits of the problem, with zero as an additional lower limit of the parameters in `non_negative`.
     pub(crate) fn of(problem: &'a dyn LeastSquares, free: &'a [usize], non_negative: &'a [usize]) -> Self {
         let has = |i: &usize| non_negative.contains(i) || problem.range(*i).iter().any(|v| v.is_finite());
-        Self { problem, free, non_negative, any: free.iter().any(has) }
+        Self { problem, free, non_negative, has_limits: free.iter().any(has) }
     }
 
     fn range(&self, i: usize) -> [f64; 2] {
@@ -35,7 +35,7 @@ impl<'a> Limits<'a> {
     /// zero to their initial values.
     pub(crate) fn within(&self, start: &[f64]) -> Vec<f64> {
         let mut start = start.to_vec();
-        if !self.any {
+        if !self.has_limits {
             return start;
         }
         for &i in self.free {
@@ -53,7 +53,8 @@ impl<'a> Limits<'a> {
 
     /// The free parameters, excluding those that have no influence because another parameter is zero.
     pub(crate) fn influential(&self, at: &[f64]) -> Cow<'a, [usize]> {
-        let idle: Vec<usize> = idle(self.problem, at).filter(|i| self.free.contains(i)).collect();
+        let idle: Vec<usize> =
+            parameters_without_influence(self.problem, at).filter(|i| self.free.contains(i)).collect();
         if idle.is_empty() {
             return Cow::Borrowed(self.free);
         }
@@ -66,7 +67,7 @@ impl<'a> Limits<'a> {
     /// Active-set method (Lawson and Hanson 1974, Solving Least Squares Problems, chapter 23; for limits on both sides
     /// Stark and Parker 1995, Computational Statistics 10, 129).
     pub(crate) fn step(&self, at: &[f64], sums: &Normal, damping: f64) -> Option<(Vec<f64>, f64)> {
-        if !self.any {
+        if !self.has_limits {
             return solve(sums, self.free, damping);
         }
         let moving = self.influential(at);
@@ -79,7 +80,7 @@ impl<'a> Limits<'a> {
         let off_limit = |i: &usize| self.range(*i)[0] < at[*i] && at[*i] < self.range(*i)[1];
         let mut inside: Vec<usize> = moving.iter().copied().filter(off_limit).collect();
         for _ in 0..MOST_SETS {
-            while let Some(limit) = self.toward_least(at, sums, damping, (&moving, &inside), &mut step)? {
+            while let Some(limit) = self.toward_minimum(at, sums, damping, (&moving, &inside), &mut step)? {
                 inside.retain(|i| *i != limit);
             }
             let gain = |i: usize| {
@@ -101,7 +102,7 @@ impl<'a> Limits<'a> {
 
     /// Moves the parameters `inside` toward the minimum of the form until one of them reaches a limit; returns that
     /// parameter, if any.
-    fn toward_least(
+    fn toward_minimum(
         &self,
         at: &[f64],
         sums: &Normal,
@@ -137,7 +138,10 @@ impl<'a> Limits<'a> {
 }
 
 /// The parameters that have no influence because another is zero.
-pub(crate) fn idle<'a>(problem: &'a dyn LeastSquares, at: &'a [f64]) -> impl Iterator<Item = usize> + 'a {
+pub(crate) fn parameters_without_influence<'a>(
+    problem: &'a dyn LeastSquares,
+    at: &'a [f64],
+) -> impl Iterator<Item = usize> + 'a {
     let zeros = (0..at.len()).filter(|i| at[*i] == 0.0);
     zeros.filter_map(|i| problem.without_influence(i)).map(|(other, _)| other)
 }

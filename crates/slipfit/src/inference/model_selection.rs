@@ -180,7 +180,7 @@ impl ModelComparison {
 
     /// p value of sliding friction in addition to the other losses of a fit; `None` if the fit has no sliding friction
     /// or no other loss, or if the model without it was not fitted.
-    pub(crate) fn sliding_beside(&self, fit: &ModelFit) -> Option<f64> {
+    pub(crate) fn sliding_p_value_in(&self, fit: &ModelFit) -> Option<f64> {
         let others: Vec<LossTerm> = fit.model.terms().filter(|t| *t != LossTerm::Sliding).collect();
         let without = LossModel::from_terms(&others).and_then(|m| self.get(m));
         without.filter(|_| fit.model.has_sliding()).map(|without| self.p_value(without, fit))

@@ -1,6 +1,6 @@
 //! The noise model: converts a sum of squares into standard errors, tests and criteria.
 
-use super::evidence::{bic, one_sided, student_factor};
+use super::evidence::{bic, one_sided_p_value, student_factor};
 use super::least_squares::Fit;
 
 /// Variance of the weighted observations, known or estimated from the residuals, and its inflation if the residuals are
@@ -59,9 +59,9 @@ impl NoiseModel {
     }
 
     /// One-sided p value of one additional term that cannot be negative. `large` is the fit with the term within its
-    /// limits, `offered` the unbounded fit with all parameters.
-    pub(crate) fn p_value(&self, small_rss: f64, large: &Fit, offered: &Fit) -> f64 {
-        one_sided((small_rss - large.rss) / self.variance(large), self.degrees_of_freedom(offered))
+    /// limits, `unbounded` the unbounded fit with all parameters.
+    pub(crate) fn p_value(&self, small_rss: f64, large: &Fit, unbounded: &Fit) -> f64 {
+        one_sided_p_value((small_rss - large.rss) / self.variance(large), self.degrees_of_freedom(unbounded))
     }
 
     /// Standard error of one parameter.

@@ -8,7 +8,7 @@ pub(crate) struct Scatter {
     /// Variance of the floor, up to a common factor.
     pub(crate) floor: f64,
     /// Sum of squares of the residuals.
-    pub(crate) residual: f64,
+    pub(crate) sum_of_squares: f64,
     /// Number of terms in that sum.
     pub(crate) count: f64,
 }
@@ -24,7 +24,7 @@ pub(crate) enum Scale {
 
 /// A ratio of the two parts of the variance with its likelihood.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Likely {
+pub(crate) struct RatioLikelihood {
     /// Proportional part of the variance over the floor, per squared amplitude.
     pub(crate) ratio: f64,
     /// Minus twice the logarithm of the likelihood, up to a constant.
@@ -34,11 +34,11 @@ pub(crate) struct Likely {
 /// The most likely common factor of variances `floor + ratio A²`.
 pub(crate) fn scale_at(scatter: &[Scatter], ratio: f64) -> f64 {
     let count: f64 = scatter.iter().map(|s| s.count).sum();
-    scatter.iter().map(|s| s.residual / (s.floor + ratio * s.square)).sum::<f64>() / count
+    scatter.iter().map(|s| s.sum_of_squares / (s.floor + ratio * s.square)).sum::<f64>() / count
 }
 
 /// The likelihood of residuals with variance `floor + ratio A²` times a common factor.
-pub(crate) fn likelihood(scatter: &[Scatter], ratio: f64, scale: Scale) -> Likely {
+pub(crate) fn likelihood(scatter: &[Scatter], ratio: f64, scale: Scale) -> RatioLikelihood {
     let count: f64 = scatter.iter().map(|s| s.count).sum();
     let logarithms: f64 = scatter.iter().map(|s| s.count * (s.floor + ratio * s.square).ln()).sum();
     let found = scale_at(scatter, ratio);
@@ -46,7 +46,7 @@ pub(crate) fn likelihood(scatter: &[Scatter], ratio: f64, scale: Scale) -> Likel
         Scale::Known => count * found,
         Scale::Estimated => count * (1.0 + found.max(f64::MIN_POSITIVE).ln()),
     };
-    Likely { ratio, minus_two_log: squares + logarithms }
+    RatioLikelihood { ratio, minus_two_log: squares + logarithms }
 }
 
 /// The most likely of the given ratios.
@@ -54,7 +54,7 @@ pub(crate) fn most_likely(
     scatter: &[Scatter],
     ratios: impl Iterator<Item = f64>,
     scale: Scale,
-) -> Option<Likely> {
+) -> Option<RatioLikelihood> {
     ratios
         .map(|ratio| likelihood(scatter, ratio, scale))
         .filter(|l| l.minus_two_log.is_finite())
@@ -72,7 +72,7 @@ mod tests {
                 let amplitude = (-0.01 * f64::from(i)).exp();
                 let deviation = 1e-3 * absolute.hypot(relative * 1e3 * amplitude);
                 let residual = (deviation * jitter(i as usize, 3)).powi(2);
-                Scatter { square: amplitude * amplitude, floor: 1e-6, residual, count: 1.0 }
+                Scatter { square: amplitude * amplitude, floor: 1e-6, sum_of_squares: residual, count: 1.0 }
             })
             .collect()
     }

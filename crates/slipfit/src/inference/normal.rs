@@ -158,7 +158,7 @@ pub(crate) fn newton_step(sums: &Normal, free: &[usize]) -> Option<Vec<f64>> {
 }
 
 /// Predicted decrease of `rᵀr` when these parameters are freed, from one set of sums.
-pub(crate) fn promised_gain(sums: &Normal, free: &[usize]) -> Option<f64> {
+pub(crate) fn predicted_gain(sums: &Normal, free: &[usize]) -> Option<f64> {
     solve(sums, free, 0.0).map(|(_, gain)| gain)
 }
 

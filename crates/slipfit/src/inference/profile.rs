@@ -4,7 +4,7 @@ use super::Z_95;
 use super::interval::bounded_interval;
 use super::least_squares::{Fit, LeastSquares, descend_within};
 use super::noise::NoiseModel;
-use super::quadratic::{QuadraticProfile, given};
+use super::quadratic::{QuadraticProfile, conditional_minimum};
 
 /// A parameter with its interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,7 +21,7 @@ impl Estimate {
     /// toward another minimum, and its rise is not a likelihood ratio of a regular problem. Unchanged if the interval
     /// is narrower than one standard error, because two losses then explain the same data and the curvature at the
     /// optimum is meaningless.
-    pub(crate) fn no_narrower(self, factor: f64, [least, most]: [f64; 2]) -> Self {
+    pub(crate) fn widened_to_std_error(self, factor: f64, [least, most]: [f64; 2]) -> Self {
         let half = Z_95 * factor * self.std_error;
         let [low, high] = self.interval;
         if !half.is_finite() || high - low < self.std_error {
@@ -59,7 +59,7 @@ impl Profile<'_> {
     /// root of the likelihood ratio, further away the ends of the profile. `curved` requests the profile also far from
     /// zero.
     pub(crate) fn non_negative(&self, parameter: usize, curved: bool) -> Estimate {
-        let (value, std_error, unit, wide) = self.basics(parameter);
+        let (value, std_error, unit, wide) = self.fit_and_errors(parameter);
         let unbounded = self.unbounded.parameters[parameter];
         let z = value / wide;
         if z >= NEAR && curved {
@@ -88,7 +88,7 @@ impl Profile<'_> {
 
     /// Two-sided interval from the profile, or `1.96` standard errors.
     pub(crate) fn two_sided(&self, parameter: usize, curved: bool) -> Estimate {
-        let (value, std_error, unit, wide) = self.basics(parameter);
+        let (value, std_error, unit, wide) = self.fit_and_errors(parameter);
         let unbounded = self.unbounded.parameters[parameter];
         let interval = if curved && wide.is_finite() && !self.is_rounding() {
             let root = Root::new(self, parameter, unit);
@@ -104,7 +104,7 @@ impl Profile<'_> {
         self.fit.rss <= MOSTLY_ROUNDING * self.problem.rounding()
     }
 
-    fn basics(&self, parameter: usize) -> (f64, f64, f64, f64) {
+    fn fit_and_errors(&self, parameter: usize) -> (f64, f64, f64, f64) {
         let factor = self.noise.student_factor(self.fit);
         let std_error = known(self.noise.std_error(self.fit, parameter));
         let unit = self.noise.variance(self.fit).sqrt() * factor;
@@ -172,7 +172,7 @@ impl<'a> Root<'a> {
         let rss = |start: &[f64], free: &[usize]| {
             descend_within(problem, start, free, non_negative, FIT_TOLERANCE).map(|(_, sums, _)| sums.rss)
         };
-        let foreseen = self.quadratic.at(value).and_then(|near| {
+        let predicted = self.quadratic.at(value).and_then(|near| {
             let moving: Vec<usize> = free.iter().copied().filter(|i| !near.on_limit.contains(i)).collect();
             rss(&near.parameters, &moving)
         });
@@ -180,13 +180,14 @@ impl<'a> Root<'a> {
         // At such a distance a search along the curved valleys of a limited parameter may have stopped short of the
         // minimum; for problems without limits the extra work is not needed.
         let limited = || unbounded.free.iter().any(|i| problem.range(*i)[1].is_finite());
-        let near = foreseen.filter(|rss| root(*rss) < FAR_ROOT || !limited());
+        let near = predicted.filter(|rss| root(*rss) < FAR_ROOT || !limited());
         let found = near.or_else(|| {
             let mut plain = fit.parameters.clone();
             plain[self.parameter] = value;
-            [foreseen, rss(&plain, &free)].into_iter().flatten().min_by(f64::total_cmp)
+            [predicted, rss(&plain, &free)].into_iter().flatten().min_by(f64::total_cmp)
         });
-        let from_another = |other: &Fit| rss(&given(other, &[(self.parameter, value)])?.1, &free);
+        let from_another =
+            |other: &Fit| rss(&conditional_minimum(other, &[(self.parameter, value)])?.1, &free);
         let found =
             found.into_iter().chain(other_minima.iter().filter_map(from_another)).min_by(f64::total_cmp);
         if problem.is_spent() {
@@ -196,7 +197,7 @@ impl<'a> Root<'a> {
     }
 
     /// The same root, predicted by the quadratic form.
-    fn foreseen(&self, value: f64) -> Option<f64> {
+    fn predicted(&self, value: f64) -> Option<f64> {
         let least = self.quadratic.at(self.centre())?.rise;
         let rise = (self.quadratic.at(value)?.rise - least).max(0.0);
         Some((value - self.centre()).signum() * rise.sqrt() / self.unit)
@@ -210,7 +211,7 @@ impl<'a> Root<'a> {
         let (mut inner, mut outer) = ((centre, 0.0), None);
         let mut value = plain;
         for _ in 0..MOST_TRIALS {
-            let Some(root) = self.foreseen(value) else { return plain };
+            let Some(root) = self.predicted(value) else { return plain };
             if (root - target).abs() < GUESS_TOLERANCE {
                 return value;
             }
@@ -383,13 +384,13 @@ mod tests {
     #[test]
     fn beside_other_minima_the_standard_error_is_the_least_half_width() {
         let found = Estimate { value: 1.0, unbounded: 1.0, std_error: 1.0, interval: [0.9, 4.0] };
-        let wide = found.no_narrower(1.0, [0.0, 5.0]);
+        let wide = found.widened_to_std_error(1.0, [0.0, 5.0]);
         assert_eq!(wide.interval, [0.0, 4.0]);
         let unknown = Estimate { std_error: f64::INFINITY, ..found };
-        assert_eq!(unknown.no_narrower(1.0, [0.0, 5.0]), unknown);
+        assert_eq!(unknown.widened_to_std_error(1.0, [0.0, 5.0]), unknown);
         let degenerate = Estimate { std_error: 1e3, ..found };
-        assert_eq!(degenerate.no_narrower(1.0, [0.0, 5.0]), degenerate);
-        assert_eq!(found.no_narrower(2.5, [0.0, 5.0]).interval, [0.0, 5.0]);
+        assert_eq!(degenerate.widened_to_std_error(1.0, [0.0, 5.0]), degenerate);
+        assert_eq!(found.widened_to_std_error(2.5, [0.0, 5.0]).interval, [0.0, 5.0]);
     }
 
     #[test]

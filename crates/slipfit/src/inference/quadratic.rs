@@ -38,7 +38,7 @@ impl<'a> QuadraticProfile<'a> {
                 let on_limit: Vec<usize> = chosen.map(|(_, &p)| p).collect();
                 let mut fixed = vec![(self.parameter, value)];
                 fixed.extend(on_limit.iter().map(|&i| (i, 0.0)));
-                let (rise, parameters) = given(self.fit, &fixed)?;
+                let (rise, parameters) = conditional_minimum(self.fit, &fixed)?;
                 let allowed = self.limited.iter().all(|&i| on_limit.contains(&i) || parameters[i] >= 0.0);
                 allowed.then_some(Conditional { rise, parameters, on_limit })
             })
@@ -48,7 +48,7 @@ impl<'a> QuadraticProfile<'a> {
 
 /// The parameters of a fit with some of them fixed at other values, and the increase of the sum of squares, both in the
 /// quadratic approximation.
-pub(crate) fn given(fit: &Fit, fixed: &[(usize, f64)]) -> Option<(f64, Vec<f64>)> {
+pub(crate) fn conditional_minimum(fit: &Fit, fixed: &[(usize, f64)]) -> Option<(f64, Vec<f64>)> {
     let covariance = |i: usize, j: usize| fit.unit_covariance[(i, j)];
     let n = fixed.len();
     // Scaled to unit diagonal first, because rates and lengths differ by many orders of magnitude.
@@ -88,7 +88,7 @@ mod tests {
 
     #[test]
     fn the_others_follow_by_their_correlation() {
-        let (rise, p) = given(&fit(), &[(0, 2.0)]).unwrap();
+        let (rise, p) = conditional_minimum(&fit(), &[(0, 2.0)]).unwrap();
         assert!((rise - 1.0).abs() < 1e-12);
         assert_eq!(p[0], 2.0);
         assert!((p[1] + 1.3).abs() < 1e-12);

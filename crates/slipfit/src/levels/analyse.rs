@@ -3,9 +3,9 @@
 use super::answer::{Answer, Breakaway, Diagnostics, LevelPoint};
 use super::branch::MovingBranch;
 use super::criteria::{Criteria, LevelCriteria};
-use super::exact_motion::on_the_line;
+use super::exact_motion::corrected_for_exact_motion;
 use super::line::{breakaway, undecided};
-use super::plateau::Adds;
+use super::plateau::OffsetKind;
 use super::quantities::{Calibrated, LineQuantities, inverse};
 use super::sorted::SortedLevels;
 use super::{Levels, Options};
@@ -70,7 +70,7 @@ pub fn analyse(levels: &Levels, options: &Options) -> Result<Answer, Error> {
 pub fn analyse_with(levels: &Levels, options: &Options, criteria: &Criteria) -> Result<Answer, Error> {
     check(options)?;
     let line = |levels: &Levels| by_line(levels, options, criteria);
-    Ok(on_the_line(levels, line(levels)?, &criteria.levels, line))
+    Ok(corrected_for_exact_motion(levels, line(levels)?, &criteria.levels, line))
 }
 
 /// Analysis of the levels by the line of eq. (9).
@@ -186,11 +186,11 @@ fn warnings(
     if !straight {
         warnings.push(Warning::NotStraight { p_value, falling });
     }
-    if let Some((plateau, adds)) = branch.plateau {
+    if let Some((plateau, kind)) = branch.plateau {
         warnings.push(Warning::LevelPlateau {
             reading: plateau.reading,
             levels: plateau.levels,
-            in_squares: adds == Adds::Squares,
+            in_squares: kind == OffsetKind::Quadrature,
             unit: levels.unit().to_owned(),
         });
     }

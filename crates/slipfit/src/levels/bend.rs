@@ -5,7 +5,7 @@ use super::curve::Growth;
 use super::noise::{AveragedFit, LinearLevels};
 use super::sorted::SortedLevels;
 use crate::inference::Z_95;
-use crate::inference::coefficient::{AbsentCoefficient, Weighed};
+use crate::inference::coefficient::{AbsentCoefficient, WeightedEstimate};
 use crate::inference::criteria::InferenceCriteria;
 use crate::inference::evidence::{f_tail, student_factor};
 use crate::inference::least_squares::{LeastSquares, Normal, linear, minimise};
@@ -43,7 +43,7 @@ pub(super) fn bend(x: &[f64], y: &[f64], weight: &[f64], least: usize) -> (f64, 
 /// times its square, is the ratio of the further loss to the viscous one at this amplitude: drag, or cubic damping. A
 /// compressive detector bends the levels in the same direction, an expanding one or friction that decreases with speed
 /// in the opposite direction.
-pub(super) struct Curved {
+pub(super) struct CurvedFit {
     pub(super) growth: Growth,
     /// `a`, `b` and `c` with their covariance.
     pub(super) fit: AveragedFit,
@@ -92,9 +92,9 @@ impl LeastSquares for Problem<'_> {
 }
 
 /// A quantity and its gradient with respect to intercept and slope.
-pub(super) type ByLine<'a> = &'a dyn Fn([f64; 2]) -> (f64, [f64; 2]);
+pub(super) type LineFunction<'a> = &'a dyn Fn([f64; 2]) -> (f64, [f64; 2]);
 
-impl Curved {
+impl CurvedFit {
     /// The curve through the moving levels, started from the straight line `[intercept, slope]`; `None` if there are
     /// fewer than `curve_levels` moving levels or no curve is found.
     pub(super) fn through(
@@ -147,7 +147,7 @@ impl Curved {
     }
 
     /// The largest bend that may go undetected in levels on a line.
-    fn largest(&self, c: &LevelCriteria) -> f64 {
+    fn largest_bend(&self, c: &LevelCriteria) -> f64 {
         c.largest_bend * self.highest.powi(-self.growth.of_coefficient())
     }
 
@@ -165,18 +165,18 @@ impl Curved {
     ///
     /// The prior of the bend at the highest amplitude is uniform between zero and `largest_bend`, with additional weak
     /// bends of either sign.
-    pub(super) fn beside(
+    pub(super) fn estimates(
         &self,
         straight: f64,
         gradient: [f64; 2],
         c: &LevelCriteria,
         shared: &InferenceCriteria,
-    ) -> Vec<Weighed> {
+    ) -> Vec<WeightedEstimate> {
         let Some(coefficients) = self.coefficients(c, shared) else { return Vec::new() };
         let total = 1.0 + coefficients.iter().map(|b| b.odds).sum::<f64>();
         let [given, by_bend] = self.at_known_bend(gradient);
         let given = given * student_factor(self.fit.dof).powi(2);
-        coefficients.map(|b| b.weighed(straight, by_bend, given, total)).to_vec()
+        coefficients.map(|b| b.weighted_estimate(straight, by_bend, given, total)).to_vec()
     }
 
     /// `None` if too few levels move to weight the curves.
@@ -188,7 +188,7 @@ impl Curved {
         if !(std_error > 0.0 && std_error.is_finite()) {
             return None;
         }
-        let most = self.largest(c);
+        let most = self.largest_bend(c);
         let (weak, odds) = (shared.weak_loss * most, 0.5 * shared.weak_loss_odds * c.bend_odds);
         let ranges = [[most, c.bend_odds], [weak, odds], [-weak, odds]];
         Some(ranges.map(|[most, odds]| AbsentCoefficient::within(self.bend(), std_error, most, odds)))
@@ -196,7 +196,7 @@ impl Curved {
 
     /// Intercept, slope and bend averaged over line and curve with their probabilities; `intercept` and `slope` are
     /// those of the straight line.
-    pub(super) fn beside_line(
+    pub(super) fn averaged_with_line(
         &self,
         [intercept, slope]: [f64; 2],
         c: &LevelCriteria,
@@ -204,15 +204,18 @@ impl Curved {
     ) -> [f64; 3] {
         let Some(coefficients) = self.coefficients(c, shared) else { return [intercept, slope, 0.0] };
         let total = 1.0 + coefficients.iter().map(|b| b.odds).sum::<f64>();
-        let bend: f64 =
-            coefficients.iter().map(|b| b.weighed(0.0, 1.0, 0.0, total)).map(|w| w.weight * w.value).sum();
+        let bend: f64 = coefficients
+            .iter()
+            .map(|b| b.weighted_estimate(0.0, 1.0, 0.0, total))
+            .map(|w| w.weight * w.value)
+            .sum();
         let [by_intercept, by_slope] = [[1.0, 0.0], [0.0, 1.0]].map(|g| self.at_known_bend(g)[1]);
         [intercept + by_intercept * bend, slope + by_slope * bend, bend]
     }
 
     /// The end of the interval of a quantity by the curve, on the side to which a bend shifts it, and whether that is
     /// the upper side; limited to the value at the largest bend.
-    pub(super) fn limit(&self, of: ByLine, c: &LevelCriteria) -> Option<(f64, bool)> {
+    pub(super) fn limit(&self, of: LineFunction, c: &LevelCriteria) -> Option<(f64, bool)> {
         let AveragedFit { parameters: p, covariance: v, dof, .. } = &self.fit;
         let factor = student_factor(*dof);
         let end = |at: [f64; 2], known: bool| {
@@ -223,7 +226,7 @@ impl Curved {
             (value + reach.copysign(by_bend), by_bend > 0.0)
         };
         let (curve, upwards) = end([p[INTERCEPT], p[SLOPE]], false);
-        let rest = self.largest(c) - self.bend();
+        let rest = self.largest_bend(c) - self.bend();
         let moved = |k: usize| p[k] + v[(k, BEND)] / v[(BEND, BEND)] * rest;
         let (most, _) = end([moved(INTERCEPT), moved(SLOPE)], true);
         let limit = if upwards { curve.min(most) } else { curve.max(most) };
@@ -232,11 +235,15 @@ impl Curved {
 }
 
 /// Intercept and slope averaged over curves through the same levels with their probabilities, with their covariance.
-pub(super) fn averaged(curves: &[Curved], believed: bool, c: &LevelCriteria) -> (Vec<f64>, DMatrix<f64>) {
-    let of = |curve: &Curved| {
+pub(super) fn averaged(
+    curves: &[CurvedFit],
+    errors_known: bool,
+    c: &LevelCriteria,
+) -> (Vec<f64>, DMatrix<f64>) {
+    let of = |curve: &CurvedFit| {
         let dof = (curve.levels as f64 - curve.fit.parameters.len() as f64).max(1.0);
         let rss = curve.rss;
-        let minus_two_log = if believed { rss } else { dof * rss.max(f64::MIN_POSITIVE).ln() };
+        let minus_two_log = if errors_known { rss } else { dof * rss.max(f64::MIN_POSITIVE).ln() };
         [curve.growth.odds(c), minus_two_log]
     };
     let fit = |curve: usize| &curves[curve].fit;

@@ -1,12 +1,12 @@
 //! The moving branch: its line, the reading that the detector adds, and its bend.
 
 use super::answer::{Detector, FittedLevels};
-use super::bend::{Curved, averaged, bend};
+use super::bend::{CurvedFit, averaged, bend};
 use super::criteria::Criteria;
 use super::curve::Growth;
 use super::line::{Line, split};
 use super::noise::{AveragedFit, LinearLevels};
-use super::plateau::{Adds, Corrected, Plateau};
+use super::plateau::{Corrected, OffsetKind, Plateau};
 use super::sorted::SortedLevels;
 
 /// Analysis of the moving levels.
@@ -14,12 +14,12 @@ pub(super) struct MovingBranch {
     pub(super) line: Line,
     /// Amplitude of the motion at each level, with the reading added by the detector subtracted.
     pub(super) motion: Vec<f64>,
-    pub(super) plateau: Option<(Plateau, Adds)>,
+    pub(super) plateau: Option<(Plateau, OffsetKind)>,
     /// Intercept and slope of the line with their covariance, or of curves in the limit of small amplitudes if the
     /// levels do not lie on a line.
     pub(super) fit: AveragedFit,
     /// The curve, if the levels do not exclude a line.
-    pub(super) rival: Option<Curved>,
+    pub(super) rival: Option<CurvedFit>,
     /// p value of a straight line, and whether the slope decreases.
     pub(super) bend: (f64, bool),
     /// Weighted root mean square of the residuals.
@@ -42,19 +42,19 @@ impl MovingBranch {
         let mut detector = Detector::default();
         let mut plateau = None;
         let dof = (line.moving_levels() as f64 - 2.0).max(1.0);
-        let believed = fit.dof.is_infinite();
+        let errors_known = fit.dof.is_infinite();
         let minus_two_log =
-            |line: &Line| if believed { line.rss } else { dof * line.rss.max(f64::MIN_POSITIVE).ln() };
+            |line: &Line| if errors_known { line.rss } else { dof * line.rss.max(f64::MIN_POSITIVE).ln() };
         let found = Plateau::of(x, &sorted.amplitude, &weight, &line, c);
         let corrected = found.and_then(|p| {
             let through = |y: &[f64]| line.through(x, y, &weight);
-            p.taken_off(&sorted.amplitude, through, straight, minus_two_log).map(|c| (p, c))
+            p.subtracted_from(&sorted.amplitude, through, straight, minus_two_log).map(|c| (p, c))
         });
         // The values are averaged over both ways in which a detector may add its reading; the one drawn is one of them.
         let mut drawn = [fit.parameters[0], fit.parameters[1]];
-        if let Some((found, Corrected { adds, at_rest, levels, line: by_one, found: averaged })) = corrected {
-            plateau = Some((found, adds));
-            detector = Detector { at_rest, squares: adds == Adds::Squares };
+        if let Some((found, Corrected { kind, at_rest, levels, line: by_one, found: averaged })) = corrected {
+            plateau = Some((found, kind));
+            detector = Detector { at_rest, squares: kind == OffsetKind::Quadrature };
             (motion, line, fit) = (levels, by_one, averaged);
             drawn = [line.intercept, line.slope];
         }
@@ -63,16 +63,16 @@ impl MovingBranch {
         let precision: Vec<f64> = fit.variance.iter().map(|v| 1.0 / v.max(f64::MIN_POSITIVE)).collect();
         let bend = bend(&of_moving(x), &of_moving(&motion), &of_moving(&precision), c.bend_levels);
         let through =
-            |growth| Curved::through(growth, sorted, &motion, &moving, [line.intercept, line.slope], c);
+            |growth| CurvedFit::through(growth, sorted, &motion, &moving, [line.intercept, line.slope], c);
         let [mut square, cube] = Growth::ALL.map(through);
         let (mut rss, mut bent, mut growth, mut rival) = (line.rss, 0.0, Growth::Square, None);
         let is_bent = bend.0 < c.not_straight;
-        let rising = |curve: &Curved| curve.rises() && is_bent;
-        let curves: Vec<Curved> =
+        let rising = |curve: &CurvedFit| curve.rises() && is_bent;
+        let curves: Vec<CurvedFit> =
             [square.take_if(|c| rising(c)), cube.filter(rising)].into_iter().flatten().collect();
         if let Some(best) = curves.iter().min_by(|a, b| a.rss.total_cmp(&b.rss)) {
             let by_line = straight(&motion)?;
-            let (parameters, covariance) = averaged(&curves, believed, c);
+            let (parameters, covariance) = averaged(&curves, errors_known, c);
             (rss, bent, growth) = (best.rss, best.bend(), best.growth);
             // A plateau changes the curve and its covariance by as much as it changes the line.
             drawn = [0, 1].map(|i| drawn[i] + best.fit.parameters[i] - by_line.parameters[i]);
@@ -84,7 +84,7 @@ impl MovingBranch {
             }
             (fit.variance, fit.dof) = (best.fit.variance.clone(), best.fit.dof);
         } else if let Some(curve) = square {
-            let [intercept, slope, bend] = curve.beside_line(drawn, c, &criteria.inference);
+            let [intercept, slope, bend] = curve.averaged_with_line(drawn, c, &criteria.inference);
             (drawn, bent) = ([intercept, slope], bend);
             rival = Some(curve);
         }

@@ -15,7 +15,7 @@ use std::f64::consts::FRAC_PI_4;
 /// deviates from the line by a relative amount `2 (x_F/R_0)²` at high Q, and by more at low Q, where friction shapes
 /// the motion. The deviation depends on Q and the threshold only; without a calibration of the drive nothing is
 /// subtracted.
-pub(super) fn on_the_line(
+pub(super) fn corrected_for_exact_motion(
     levels: &Levels,
     first: Answer,
     criteria: &LevelCriteria,
@@ -23,10 +23,10 @@ pub(super) fn on_the_line(
 ) -> Answer {
     let mut answer = first;
     for _ in 0..criteria.exact_rounds {
-        let Some(beside) = beside_the_line(levels, &answer) else { break };
-        let Ok(mut next) = line(&levels.less(&beside)) else { break };
+        let Some(deviation) = deviation_from_line(levels, &answer) else { break };
+        let Ok(mut next) = line(&levels.subtracting(&deviation)) else { break };
         for point in &mut next.points {
-            point.fitted += beside[point.index];
+            point.fitted += deviation[point.index];
             point.amplitude = levels.amplitude()[point.index];
         }
         let settled = is_settled(&answer, &next, criteria);
@@ -40,7 +40,7 @@ pub(super) fn on_the_line(
 
 /// Exact amplitude at each level minus that of the line, which is zero below its threshold; `None` without Q or
 /// friction.
-fn beside_the_line(levels: &Levels, answer: &Answer) -> Option<Vec<f64>> {
+fn deviation_from_line(levels: &Levels, answer: &Answer) -> Option<Vec<f64>> {
     let value = |parameter| answer.parameter(parameter).map(|q| q.value).filter(|v| *v > 0.0);
     let q = value(Parameter::QFactor)?;
     let (slope, threshold) = value(Parameter::Slope).zip(value(Parameter::Threshold))?;
@@ -50,7 +50,7 @@ fn beside_the_line(levels: &Levels, answer: &Answer) -> Option<Vec<f64>> {
     // Drives in units of the threshold `4 x_F/pi`, amplitudes in that of `slope threshold/q`.
     let oscillator =
         Oscillator::builder().frequency_hz(1.0).q_factor(q).friction_displacement(FRAC_PI_4).build().ok()?;
-    let beside = |drive: &f64| {
+    let deviation = |drive: &f64| {
         let u = drive / threshold;
         // Friction keeps the mass at rest.
         if !(u > FRAC_PI_4) {
@@ -60,7 +60,7 @@ fn beside_the_line(levels: &Levels, answer: &Answer) -> Option<Vec<f64>> {
         let off = (exact - (q * (u - 1.0)).max(0.0)) * slope * threshold / q;
         off.is_finite().then_some(off)
     };
-    levels.drive().iter().map(beside).collect()
+    levels.drive().iter().map(deviation).collect()
 }
 
 /// Whether Q and friction have changed by a small fraction of their standard errors.

@@ -51,7 +51,7 @@ impl Levels {
     }
 
     /// The same levels with these values subtracted from the amplitudes.
-    pub(super) fn less(&self, by: &[f64]) -> Self {
+    pub(super) fn subtracting(&self, by: &[f64]) -> Self {
         let amplitude = self.amplitude.iter().zip(by).map(|(a, b)| a - b).collect();
         Self { amplitude, ..self.clone() }
     }

@@ -15,19 +15,19 @@ const VARIANCE_AT_REST: f64 = 0.429_203_673_205_1;
 
 /// How the reading without motion adds to the amplitude.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Adds {
+pub(super) enum OffsetKind {
     /// Zero offset: a constant in every reading.
     Constant,
     /// Noise within a bandwidth: in quadrature.
-    Squares,
+    Quadrature,
 }
 
-impl Adds {
+impl OffsetKind {
     /// An amplitude with the reading at rest subtracted.
-    fn taken_off(self, reading: f64, at_rest: f64) -> f64 {
+    fn subtracted(self, reading: f64, at_rest: f64) -> f64 {
         match self {
             Self::Constant => reading - at_rest,
-            Self::Squares => (reading * reading - at_rest * at_rest).max(0.0).sqrt(),
+            Self::Quadrature => (reading * reading - at_rest * at_rest).max(0.0).sqrt(),
         }
     }
 }
@@ -80,27 +80,28 @@ impl Plateau {
 
     /// The line through the moving levels with the plateau subtracted, averaged over both ways of adding by their
     /// likelihood; and the better way, with its line and levels. `fit` returns the line with its covariance.
-    pub(super) fn taken_off(
+    pub(super) fn subtracted_from(
         &self,
         y: &[f64],
         straight: impl Fn(&[f64]) -> Option<Line>,
         fit: impl Fn(&[f64]) -> Option<AveragedFit>,
         minus_two_log: impl Fn(&Line) -> f64,
     ) -> Option<Corrected> {
-        let by = |adds: Adds| {
-            let [at_rest, std_error] = if adds == Adds::Constant { self.constant } else { self.in_squares };
+        let by = |kind: OffsetKind| {
+            let [at_rest, std_error] =
+                if kind == OffsetKind::Constant { self.constant } else { self.in_squares };
             let without =
-                |at_rest: f64| -> Vec<f64> { y.iter().map(|y| adds.taken_off(*y, at_rest)).collect() };
+                |at_rest: f64| -> Vec<f64> { y.iter().map(|y| kind.subtracted(*y, at_rest)).collect() };
             let levels = without(at_rest);
             let line = straight(&levels)?;
             let moved = straight(&without(at_rest + std_error))?;
             let mut found = fit(&levels)?;
             let steps = DVector::from_vec(vec![moved.intercept - line.intercept, moved.slope - line.slope]);
             found.covariance += &steps * steps.transpose();
-            Some((minus_two_log(&line), Corrected { adds, at_rest, levels, line, found }))
+            Some((minus_two_log(&line), Corrected { kind, at_rest, levels, line, found }))
         };
         let mut both: Vec<(f64, Corrected)> =
-            [Adds::Constant, Adds::Squares].into_iter().filter_map(by).collect();
+            [OffsetKind::Constant, OffsetKind::Quadrature].into_iter().filter_map(by).collect();
         sort_by_value(&mut both, |each| each.0);
         if both.is_empty() {
             return None;
@@ -117,7 +118,7 @@ impl Plateau {
 
 /// The levels with the reading of the detector at rest subtracted.
 pub(super) struct Corrected {
-    pub(super) adds: Adds,
+    pub(super) kind: OffsetKind,
     pub(super) at_rest: f64,
     pub(super) levels: Vec<f64>,
     pub(super) line: Line,

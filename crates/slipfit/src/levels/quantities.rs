@@ -1,15 +1,15 @@
 //! Quantities from the line through the levels: slope, threshold, and with a calibrated drive Q and friction.
 
-use super::bend::{ByLine, Curved};
+use super::bend::{CurvedFit, LineFunction};
 use super::branch::MovingBranch;
 use super::criteria::Criteria;
 use super::noise::AveragedFit;
 use super::{Levels, Options};
 use crate::Quantity;
-use crate::answer::averaged::stretched;
+use crate::answer::averaged::widened;
 use crate::inference::Z_95;
-use crate::inference::coefficient::Weighed;
-use crate::inference::evidence::{one_sided, student_factor};
+use crate::inference::coefficient::WeightedEstimate;
+use crate::inference::evidence::{one_sided_p_value, student_factor};
 use crate::inference::interval::bounded_interval;
 use crate::model::displacement::DisplacementUnit;
 use std::f64::consts::FRAC_PI_4;
@@ -72,15 +72,16 @@ impl LineQuantities {
         } else {
             0.0
         };
-        let curves = |straight: f64, gradient: [f64; 2]| -> Vec<Weighed> {
-            let beside =
-                |rival: &Curved| rival.beside(straight, gradient, &criteria.levels, &criteria.inference);
-            branch.rival.as_ref().map_or_else(Vec::new, beside)
+        let curves = |straight: f64, gradient: [f64; 2]| -> Vec<WeightedEstimate> {
+            let estimates = |rival: &CurvedFit| {
+                rival.estimates(straight, gradient, &criteria.levels, &criteria.inference)
+            };
+            branch.rival.as_ref().map_or_else(Vec::new, estimates)
         };
         // The value is the average over line and curve; the interval contains those of both.
-        let counted = |straight: Quantity, others: &[Weighed], of: ByLine| {
+        let counted = |straight: Quantity, others: &[WeightedEstimate], of: LineFunction| {
             let own = straight.interval_95;
-            let mut q = stretched(straight, others);
+            let mut q = widened(straight, others);
             if let Some((limit, upwards)) = branch.rival.as_ref().and_then(|r| r.limit(of, &criteria.levels))
             {
                 let least = if q.interval_95[0] >= 0.0 { 0.0 } else { f64::NEG_INFINITY };
@@ -104,7 +105,7 @@ impl LineQuantities {
         let lost = curves(-intercept, [-1.0, 0.0]);
         let evidence = |side: f64| {
             let p = |lost: f64, std_error: f64, dof: f64| {
-                if side * lost > 0.0 { one_sided((lost / std_error).powi(2), dof) } else { 1.0 }
+                if side * lost > 0.0 { one_sided_p_value((lost / std_error).powi(2), dof) } else { 1.0 }
             };
             let others: f64 = lost.iter().map(|o| o.weight * p(o.value, o.std_error, f64::INFINITY)).sum();
             let straight = 1.0 - lost.iter().map(|o| o.weight).sum::<f64>();

@@ -80,7 +80,7 @@ pub(super) fn counted_parameters(free: &[usize]) -> usize {
 /// The other fits with their weights, if these are large enough: `exp(-delta/2)` with `delta` the difference of
 /// `n ln rss + c p` (Burnham and Anderson 2002, *Model Selection and Multimodel Inference*, have `c = 2`), `c` being
 /// [`AnswerCriteria::alternative_penalty`].
-pub(super) fn weighed(
+pub(super) fn weighted(
     others: Vec<OtherFit>,
     comparison: &ModelComparison,
     c: &AnswerCriteria,

@@ -159,7 +159,7 @@ fn describe_by(fit: &FittedCurve, noise: f64, points: &mut [CurvePoint]) {
 /// Also returns whether the law on which the evidence is based is valid.
 fn evidence(d: &FittedModels, chosen: &ModelFit, shares: [f64; 2]) -> (SlidingEvidence, bool) {
     let found = sliding_evidence(&d.comparison, chosen, shares);
-    let own = d.comparison.sliding_beside(chosen).map_or(found.p_value, |p| p.max(found.p_value));
+    let own = d.comparison.sliding_p_value_in(chosen).map_or(found.p_value, |p| p.max(found.p_value));
     let none = chosen.model.has(LossTerm::Sliding) && !(chosen.bounded.parameters[X_F] > 0.0);
     let p_value = if none { 1.0 } else { averaged::sliding_p_value(d, own) };
     // With a further loss a vanishing viscous loss is improbable: friction that replaces it requires stronger evidence.
@@ -181,7 +181,8 @@ fn guide(used: &Curve, problem: &Problem, p: &[f64], least: usize) -> Vec<[f64; 
     let b = &problem.main;
     let at = problem.response(p, false);
     let seen = |i: usize| b.data[i] - at.background_at(b.omega[i]);
-    let amplitude = |i: usize| if b.complex { seen(i).norm() } else { at.amplitude_of(b.data[i].re) };
+    let amplitude =
+        |i: usize| if b.complex { seen(i).norm() } else { at.amplitude_from_reading(b.data[i].re) };
     (0..b.len())
         .filter(|&i| (run.first..run.first + run.points).contains(&b.index[i]))
         .map(|i| [b.omega[i], amplitude(i)])

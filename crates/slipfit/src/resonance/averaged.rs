@@ -5,7 +5,7 @@ use super::criteria::Criteria;
 use super::fitted_models::FittedModels;
 use super::response::{DELTA, OMEGA, X_0, X_F};
 use crate::Quantity;
-use crate::answer::averaged::{self, Weighed};
+use crate::answer::averaged::{self, WeightedEstimate};
 use crate::inference::Z_95;
 use crate::inference::least_squares::Fit;
 use crate::inference::model_selection::ModelFit;
@@ -47,10 +47,10 @@ fn variance_of(fit: &Fit, p: &[f64], of: &dyn Fn(&[f64]) -> f64) -> f64 {
 
 /// Widens the interval to contain those of all minima that explain the data equally well, and to account for other
 /// terms apart from the losses, each with its `weight`, and for losses absent from the model (`absent`).
-pub(super) fn stretched(
+pub(super) fn widened(
     d: &FittedModels,
     mut q: Quantity,
-    absent: &[Weighed],
+    absent: &[WeightedEstimate],
     weight: fn(&Alternative) -> f64,
     of: &dyn Fn(&[f64]) -> f64,
 ) -> Quantity {
@@ -73,17 +73,17 @@ pub(super) fn stretched(
         // Other terms and an absent loss are rivals; each was weighted against the reported fit alone.
         let rest = match a.kind {
             Kind::Noise => 1.0,
-            kind => rest_beside(absence, of_kind(kind)),
+            kind => remaining_weight(absence, of_kind(kind)),
         };
         let [value, std_error] = estimate(&a.fit, noise, of);
-        Weighed { weight: share * rest * weight(a), value, std_error }
+        WeightedEstimate { weight: share * rest * weight(a), value, std_error }
     };
     let gain = d.free_gain.as_ref().map(|g| &g.alternative);
     let same_gain = 1.0 - gain.map_or(0.0, weight);
     let instruments = d.alternatives.iter().map(|a| others(a, same_gain));
     let instruments = instruments.chain(gain.map(|a| others(a, 1.0)));
-    let others: Vec<Weighed> = instruments.chain(absent.iter().copied()).collect();
-    let mut q = averaged::stretched(q, &others);
+    let others: Vec<WeightedEstimate> = instruments.chain(absent.iter().copied()).collect();
+    let mut q = averaged::widened(q, &others);
     if q.interval_95 != before {
         q.std_error = q.std_error.max((q.interval_95[1] - q.interval_95[0]) / (2.0 * Z_95));
     }
@@ -92,7 +92,7 @@ pub(super) fn stretched(
 
 /// Factor by which an absent loss reduces the weight of other terms, which alone would have the probability `terms`:
 /// with odds `a` for the loss and `t` for the terms, `t/(1 + a + t)` over `t/(1 + t)`.
-fn rest_beside(absence: f64, terms: f64) -> f64 {
+fn remaining_weight(absence: f64, terms: f64) -> f64 {
     (1.0 - absence) / (1.0 - absence * terms).max(f64::MIN_POSITIVE)
 }
 
@@ -149,14 +149,14 @@ pub(super) fn rival<'a>(
 
 #[cfg(test)]
 mod tests {
-    use super::rest_beside;
+    use super::remaining_weight;
 
     /// Odds of 10 for an absent loss, 4 for other terms.
     #[test]
     fn rivals_are_each_weighed_against_the_fit_reported() {
         let (absence, terms) = (10.0 / 11.0, 4.0 / 5.0);
-        assert!((terms * rest_beside(absence, terms) - 4.0 / 15.0).abs() < 1e-12);
-        assert_eq!(rest_beside(0.0, terms), 1.0);
-        assert_eq!(rest_beside(1.0, 1.0), 0.0);
+        assert!((terms * remaining_weight(absence, terms) - 4.0 / 15.0).abs() < 1e-12);
+        assert_eq!(remaining_weight(0.0, terms), 1.0);
+        assert_eq!(remaining_weight(1.0, 1.0), 0.0);
     }
 }

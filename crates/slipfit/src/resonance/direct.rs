@@ -30,10 +30,10 @@ pub struct CurveFit {
 }
 
 /// Number of points with which a fit begins.
-const FEW: usize = 56;
+const FIRST_POINTS: usize = 56;
 /// Accuracy of the fit to those points and to all points, in standard errors; the last step found is applied.
-const ROUGH: f64 = 0.1;
-const CLOSE: f64 = 0.01;
+const FIRST_ACCURACY: f64 = 0.1;
+const FINAL_ACCURACY: f64 = 0.01;
 
 /// Fits the exact fundamental with viscous damping and sliding friction only: no models are compared, no instrument
 /// term except the phase offset is tried, no interval is computed. Start values are derived from the curve.
@@ -65,7 +65,7 @@ pub fn fit(curve: &Curve, drive_amplitude: Option<f64>) -> Result<CurveFit, Erro
     let peak = peak::find(&main).ok_or(Error::NoResonance { reason: "every amplitude is zero" })?;
     // This number of points within the peak gives start values as good as all points do.
     let within = main.omega.iter().filter(|w| (**w - peak.omega).abs() < peak.half_width).count();
-    let stride = (main.len() / FEW).min(within / 8).max(1);
+    let stride = (main.len() / FIRST_POINTS).min(within / 8).max(1);
     let mut few = (stride > 1).then(|| main.thinned(stride));
     let linear = start::linear(few.as_ref().unwrap_or(&main), &peak, true);
     if linear.is_some_and(|(_, conjugated)| conjugated) {
@@ -91,11 +91,13 @@ pub fn fit(curve: &Curve, drive_amplitude: Option<f64>) -> Result<CurveFit, Erro
         let mut stepped = None;
         if let Some(few) = few {
             let few = Problem { main: few, used: problem.used.clone(), reference: None, ..problem };
-            let (near, sums, _) = descend(&few, &start, &free, ROUGH, true)?;
-            stepped = one_step(&problem, &few, &sums, &near, &free, CLOSE);
+            let (near, sums, _) = descend(&few, &start, &free, FIRST_ACCURACY, true)?;
+            stepped = one_step(&problem, &few, &sums, &near, &free, FINAL_ACCURACY);
             start = near;
         }
-        stepped.or_else(|| minimise_until(&problem, &start, &free, CLOSE, true)).filter(|f| f.converged)
+        stepped
+            .or_else(|| minimise_until(&problem, &start, &free, FINAL_ACCURACY, true))
+            .filter(|f| f.converged)
     });
     let found = near
         .or_else(|| {

@@ -72,6 +72,10 @@ impl FittedCurve {
         let nearest = if omega - b.omega[below] < b.omega[above] - omega { below } else { above };
         let at = self.problem.response(&self.parameters, false);
         let background = at.background_at(b.omega[nearest]);
-        if b.complex { (b.data[nearest] - background).norm() } else { at.amplitude_of(b.data[nearest].re) }
+        if b.complex {
+            (b.data[nearest] - background).norm()
+        } else {
+            at.amplitude_from_reading(b.data[nearest].re)
+        }
     }
 }

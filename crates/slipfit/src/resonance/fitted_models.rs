@@ -68,7 +68,7 @@ pub(crate) struct FittedModels {
 
 /// Amplitudes of the oscillator according to the points: without the fitted background and offset, at the mean drive.
 /// `None` if these are the measured amplitudes.
-pub(crate) fn oscillator_seen(problem: &Problem, p: &[f64]) -> Option<Block> {
+pub(crate) fn oscillator_amplitudes(problem: &Problem, p: &[f64]) -> Option<Block> {
     let b = &problem.main;
     let background = Phasor::new(p[BG_RE], p[BG_IM]);
     let even = b.drive.iter().all(|d| *d == 1.0);

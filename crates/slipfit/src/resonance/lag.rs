@@ -33,7 +33,7 @@ pub(super) fn shift(
     neighbour_noise: f64,
     c: &LagCriteria,
 ) -> Option<f64> {
-    let (gain, shift) = left_over(problem, fit, noise, c)?;
+    let (gain, shift) = residual_lag(problem, fit, noise, c)?;
     // If the residuals are more than noise, a lag must reduce them to the noise, because other causes look somewhat
     // like a lag.
     let most = if noise.variance_inflation > 1.0 {
@@ -59,7 +59,7 @@ pub(super) fn shift(
     for resonator in [false, true] {
         let mut lagging = plain.clone();
         for step in steps(c) {
-            let Some(found) = instead(problem, &lagging, LowPass { resonator, step }) else { break };
+            let Some(found) = fit_with_lag(problem, &lagging, LowPass { resonator, step }) else { break };
             lagging = found;
             if bic(&lagging, 1) < best.0 && lagging.rss < most {
                 best = (bic(&lagging, 1), Some(fit.parameters[OMEGA] - lagging.parameters[OMEGA]));
@@ -75,20 +75,20 @@ fn steps(c: &LagCriteria) -> impl Iterator<Item = f64> {
 
 /// Decrease of the sum of squares by the most likely lag, in variances of a point, and the resulting shift of
 /// `omega_0`, both to first order.
-fn left_over(problem: &Problem, fit: &Fit, noise: NoiseModel, c: &LagCriteria) -> Option<(f64, f64)> {
+fn residual_lag(problem: &Problem, fit: &Fit, noise: NoiseModel, c: &LagCriteria) -> Option<(f64, f64)> {
     let (b, p) = (&problem.main, &fit.parameters);
     let still = centred(problem, p)?;
     let modelled = modelled(problem, p)?;
     let mut sums = Normal::zeros(COUNT);
     let mut best = (0.0, 0.0);
     for (resonator, step) in [false, true].into_iter().flat_map(|r| steps(c).map(move |step| (r, step))) {
-        let apart = LowPass { resonator, step }.apart(problem, p, &modelled)?;
+        let contribution = LowPass { resonator, step }.contribution(problem, p, &modelled)?;
         let mut lagging = still.clone();
         let mut product = 0.0;
-        for (i, apart) in apart.iter().enumerate() {
+        for (i, contribution) in contribution.iter().enumerate() {
             let left = b.data[i] - still.main.data[i];
-            product += b.weight[i] * (apart.re * left.re + apart.im * left.im);
-            lagging.main.data[i] += apart;
+            product += b.weight[i] * (contribution.re * left.re + contribution.im * left.im);
+            lagging.main.data[i] += contribution;
         }
         if !(product > 0.0 && lagging.normal(p, &mut sums)) {
             continue;
@@ -107,12 +107,13 @@ fn left_over(problem: &Problem, fit: &Fit, noise: NoiseModel, c: &LagCriteria) -
 
 /// The fit with a lag, from a fit without one or with a weaker one: the effect of the lag is subtracted from the
 /// points, in two iterations.
-fn instead(problem: &Problem, from: &Fit, lag: LowPass) -> Option<Fit> {
+fn fit_with_lag(problem: &Problem, from: &Fit, lag: LowPass) -> Option<Fit> {
     let mut fit = from.clone();
     for _ in 0..2 {
         let mut without = problem.clone();
-        let apart = lag.apart(problem, &fit.parameters, &modelled(problem, &fit.parameters)?)?;
-        without.main.data.iter_mut().zip(apart).for_each(|(z, apart)| *z -= apart);
+        let contribution =
+            lag.contribution(problem, &fit.parameters, &modelled(problem, &fit.parameters)?)?;
+        without.main.data.iter_mut().zip(contribution).for_each(|(z, contribution)| *z -= contribution);
         fit = minimise(&without, &fit.parameters, &fit.free)?;
     }
     Some(fit)
@@ -124,12 +125,12 @@ fn modelled(problem: &Problem, p: &[f64]) -> Option<Vec<Modelled>> {
 
 impl LowPass {
     /// Contribution of the lag to the reading of each point.
-    fn apart(self, problem: &Problem, p: &[f64], modelled: &[Modelled]) -> Option<Vec<Phasor>> {
+    fn contribution(self, problem: &Problem, p: &[f64], modelled: &[Modelled]) -> Option<Vec<Phasor>> {
         let b = &problem.main;
         let at = problem.response(p, false);
         let mut order: Vec<usize> = (0..b.len()).collect();
         order.sort_by_key(|&i| b.index[i]);
-        let mut apart = vec![Phasor::default(); b.len()];
+        let mut contribution = vec![Phasor::default(); b.len()];
         let mut last = modelled[*order.first()?].oscillator;
         for i in order {
             let m = &modelled[i];
@@ -138,9 +139,9 @@ impl LowPass {
             last = m.oscillator + (last - m.oscillator) * Phasor::from_polar((-self.step).exp(), -turn);
             let rotated = (m.value - at.background_at(b.omega[i])) / m.oscillator;
             let value = m.value + (last - m.oscillator) * rotated;
-            apart[i] = b.reading(i, &Modelled { value, ..*m }) - b.reading(i, m);
+            contribution[i] = b.reading(i, &Modelled { value, ..*m }) - b.reading(i, m);
         }
-        Some(apart)
+        Some(contribution)
     }
 }
 

@@ -26,9 +26,9 @@ pub(super) struct Points {
     pub(super) re: Row,
     pub(super) im: Row,
     /// Square root of the weight.
-    pub(super) root: Row,
+    pub(super) root_weight: Row,
     /// Whether every weight is one.
-    pub(super) even: bool,
+    pub(super) unit_weights: bool,
     pub(super) level: Row,
     /// Measured amplitude, which selects the branch.
     guess: Row,
@@ -119,8 +119,8 @@ impl Points {
             omega: [0.0; PIECE],
             re: [0.0; PIECE],
             im: [0.0; PIECE],
-            root: [0.0; PIECE],
-            even: false,
+            root_weight: [0.0; PIECE],
+            unit_weights: false,
             level: [1.0; PIECE],
             guess: [0.0; PIECE],
         }
@@ -131,23 +131,28 @@ impl Points {
     pub(super) fn gather(&mut self, b: &Block, at: &ModelResponse, from: usize) -> usize {
         let whole = from..from + PIECE;
         let piece = b.weight.get(whole.clone());
-        self.even = piece.is_some_and(|w| w.iter().fold(true, |all, w| all & (*w == 1.0)));
-        let next = if self.even || piece.is_some_and(|w| w.iter().fold(true, |all, w| all & (*w > 0.0))) {
-            self.whole(b, from);
-            whole.end
-        } else {
-            self.in_use(b, from)
-        };
-        if !self.even {
+        self.unit_weights = piece.is_some_and(|w| w.iter().fold(true, |all, w| all & (*w == 1.0)));
+        let next =
+            if self.unit_weights || piece.is_some_and(|w| w.iter().fold(true, |all, w| all & (*w > 0.0))) {
+                self.gather_all(b, from);
+                whole.end
+            } else {
+                self.gather_weighted(b, from)
+            };
+        if !self.unit_weights {
             for k in 0..PIECE {
-                self.root[k] = self.root[k].sqrt();
+                self.root_weight[k] = self.root_weight[k].sqrt();
             }
         }
         if at.amplitude_dependent {
             for k in 0..PIECE {
                 let background = at.background_at(self.omega[k]);
                 let (re, im) = (self.re[k] - background.re, self.im[k] - background.im);
-                let seen = if b.complex { (re * re + im * im).sqrt() } else { at.amplitude_of(self.re[k]) };
+                let seen = if b.complex {
+                    (re * re + im * im).sqrt()
+                } else {
+                    at.amplitude_from_reading(self.re[k])
+                };
                 self.guess[k] = seen.max(0.0);
             }
         }
@@ -157,7 +162,7 @@ impl Points {
     /// Whether short series are sufficient; the points are in order of increasing frequency, and `omega_d/omega`
     /// decreases.
     #[inline(always)]
-    fn short_series_hold(&self, at: &ModelResponse) -> bool {
+    fn short_series_suffice(&self, at: &ModelResponse) -> bool {
         [0, PIECE - 1].into_iter().all(|k| {
             let point = at.point(self.omega[k], self.level[k]);
             let limit = trig::SHORT_OF_A_QUARTER * point.omega;
@@ -167,19 +172,19 @@ impl Points {
 
     /// A piece in which every point is in use.
     #[inline(always)]
-    fn whole(&mut self, b: &Block, from: usize) {
+    fn gather_all(&mut self, b: &Block, from: usize) {
         let whole = from..from + PIECE;
         self.count = PIECE;
         self.omega.copy_from_slice(&b.omega[whole.clone()]);
         self.level.copy_from_slice(&b.drive[whole.clone()]);
-        self.root.copy_from_slice(&b.weight[whole.clone()]);
+        self.root_weight.copy_from_slice(&b.weight[whole.clone()]);
         for (k, z) in b.data[whole].iter().enumerate() {
             (self.re[k], self.im[k], self.index[k]) = (z.re, z.im, from + k);
         }
     }
 
     /// Takes the next points in use and returns where to continue.
-    fn in_use(&mut self, b: &Block, from: usize) -> usize {
+    fn gather_weighted(&mut self, b: &Block, from: usize) -> usize {
         let mut i = from;
         let mut k = 0;
         while k < PIECE && i < b.len() {
@@ -188,7 +193,7 @@ impl Points {
                 self.omega[k] = b.omega[i];
                 self.level[k] = b.drive[i];
                 (self.re[k], self.im[k]) = (b.data[i].re, b.data[i].im);
-                self.root[k] = b.weight[i];
+                self.root_weight[k] = b.weight[i];
                 k += 1;
             }
             i += 1;
@@ -198,7 +203,7 @@ impl Points {
             let last = self.count.max(1) - 1;
             self.omega[k] = self.omega[last];
             self.level[k] = self.level[last];
-            (self.re[k], self.im[k], self.root[k]) = (0.0, 0.0, 0.0);
+            (self.re[k], self.im[k], self.root_weight[k]) = (0.0, 0.0, 0.0);
         }
         i
     }
@@ -238,7 +243,7 @@ fn half_angles<const FUSED: bool, const REACH: u8>(point: &Point) -> (f64, Halve
 
 /// The closed form where these series are valid; elsewhere the second value is not finite.
 #[inline(always)]
-fn quick<const REACH: u8>(point: &Point, (over_omega, halves): (f64, Halves)) -> (Closed, f64) {
+fn closed_by_series<const REACH: u8>(point: &Point, (over_omega, halves): (f64, Halves)) -> (Closed, f64) {
     let c = closed_form(point, over_omega, halves);
     let series = point.delta.abs() * over_omega <= if REACH == WIDE { WIDEST } else { 1.0 };
     // If the friction is not positive, there is a motion regardless of the turning condition.
@@ -274,7 +279,7 @@ impl Lanes {
             self.margin = [f64::NAN; PIECE];
         } else if at.amplitude_dependent {
             follower.count_closed(self.at_own_amplitude::<FUSED>(at, points, &mut own) * PIECE as u64);
-        } else if points.short_series_hold(at) {
+        } else if points.short_series_suffice(at) {
             self.closed::<FUSED, SHORT>(at, points);
         } else if at.delta.abs() <= points.omega[0] {
             self.closed::<FUSED, MEDIUM>(at, points);
@@ -282,7 +287,7 @@ impl Lanes {
             self.closed::<FUSED, WIDE>(at, points);
         }
         if at.x_f > 0.0 && !at.amplitude_dependent {
-            self.rest(at, points);
+            self.set_resting(at, points);
         }
         let all_closed = self.all_closed();
         if !all_closed && at.x_f > 0.0 && at.method != Method::Leading {
@@ -290,11 +295,11 @@ impl Lanes {
                 if follower.is_spent() {
                     return None;
                 }
-                self.one_stops(at, points, first, &mut own, follower)?;
+                self.one_stop_motions(at, points, first, &mut own, follower)?;
             }
         }
         if at.amplitude_dependent && at.method != Method::Leading {
-            self.through_amplitudes(at, points, &own);
+            self.to_total_derivatives(at, points, &own);
         }
         if !all_closed {
             for k in 0..points.count {
@@ -311,7 +316,7 @@ impl Lanes {
 
     /// Points at which the drive cannot overcome friction.
     #[inline(always)]
-    fn rest(&mut self, at: &ModelResponse, points: &Points) {
+    fn set_resting(&mut self, at: &ModelResponse, points: &Points) {
         for k in 0..PIECE {
             let drive = at.x_0 * points.level[k];
             if self.margin[k] < 0.0 && drive > 0.0 && drive <= at.x_f {
@@ -327,7 +332,7 @@ impl Lanes {
 
     /// Motions with one stop per half cycle at those points of a group that have no closed form.
     #[inline(always)]
-    fn one_stops(
+    fn one_stop_motions(
         &mut self,
         at: &ModelResponse,
         points: &Points,
@@ -456,7 +461,8 @@ impl Lanes {
         }
         for k in 0..PIECE {
             let h = Halves { sin: halves[0][k], cos: halves[1][k], sinh: halves[2][k], cosh: halves[3][k] };
-            let (c, margin) = quick::<REACH>(&at.point(points.omega[k], points.level[k]), (over_omega[k], h));
+            let (c, margin) =
+                closed_by_series::<REACH>(&at.point(points.omega[k], points.level[k]), (over_omega[k], h));
             self.put(k, &c, margin);
         }
     }
@@ -497,7 +503,8 @@ impl Lanes {
             for k in 0..PIECE {
                 let h =
                     Halves { sin: halves[0][k], cos: halves[1][k], sinh: halves[2][k], cosh: halves[3][k] };
-                let (c, margin) = quick::<WIDE>(&moved.at(k, points.omega[k], at.x_f), (over_omega[k], h));
+                let (c, margin) =
+                    closed_by_series::<WIDE>(&moved.at(k, points.omega[k], at.x_f), (over_omega[k], h));
                 let damped = ModelResponse::is_damped(omega_0, moved.omega_0[k], moved.delta[k]);
                 self.put(k, &c, if damped { margin } else { f64::NAN });
             }
@@ -528,7 +535,7 @@ impl Lanes {
 
     /// Converts derivatives at fixed amplitudes to total derivatives, with the amplitudes changing.
     #[inline(always)]
-    fn through_amplitudes(&mut self, at: &ModelResponse, points: &Points, own: &OwnAmplitudes) {
+    fn to_total_derivatives(&mut self, at: &ModelResponse, points: &Points, own: &OwnAmplitudes) {
         let over_centre = 1.0 / at.centre;
         for k in 0..PIECE {
             let r = own.r[k];

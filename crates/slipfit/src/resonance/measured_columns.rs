@@ -28,7 +28,7 @@ pub(super) fn best_fit(
     let mut curve = curve.clone();
     let mut known = errors_known;
     if let Some((other, scatter)) = with_smooth_drive(&curve, c)
-        && let Some(better) = better(&found, &other, options, criteria, known)
+        && let Some(better) = fit_if_better(&found, &other, options, criteria, known)
     {
         set_aside.drive = Some(SetAside { scatter, no_fit: found.is_err() });
         (found, curve) = (Ok(better), other);
@@ -36,7 +36,7 @@ pub(super) fn best_fit(
     if known && let Some(scatter) = error_scatter(&curve.main).filter(|s| *s > c.error_scatter) {
         let other = with_equal_errors(&curve);
         known = false;
-        if let Some(better) = better(&found, &other, options, criteria, known) {
+        if let Some(better) = fit_if_better(&found, &other, options, criteria, known) {
             set_aside.errors = Some(SetAside { scatter, no_fit: found.is_err() });
             found = Ok(better);
         }
@@ -45,7 +45,7 @@ pub(super) fn best_fit(
 }
 
 /// The fit of the other curve, if it is better than the one found or if there is none.
-fn better(
+fn fit_if_better(
     found: &Result<FittedModels, Error>,
     other: &PreparedCurve,
     options: &Options,
@@ -63,11 +63,11 @@ fn better(
 
 /// The curve with a smoothed drive, and the scatter of the drive about it.
 fn with_smooth_drive(curve: &PreparedCurve, c: &ColumnCriteria) -> Option<(PreparedCurve, f64)> {
-    let (smooth, scatter) = course(&curve.main, c)?;
+    let (smooth, scatter) = fitted_drive(&curve.main, c)?;
     let mut other = curve.clone();
     other.main.drive = smooth;
     for block in [&mut other.reference, &mut other.all].into_iter().flatten() {
-        if let Some((smooth, _)) = course(block, c) {
+        if let Some((smooth, _)) = fitted_drive(block, c) {
             block.drive = smooth;
         }
     }
@@ -76,7 +76,7 @@ fn with_smooth_drive(curve: &PreparedCurve, c: &ColumnCriteria) -> Option<(Prepa
 
 /// The polynomial of lowest BIC through the relative drive, and the scatter about it; `None` if the drive does not
 /// scatter.
-fn course(b: &Block, c: &ColumnCriteria) -> Option<(Vec<f64>, f64)> {
+fn fitted_drive(b: &Block, c: &ColumnCriteria) -> Option<(Vec<f64>, f64)> {
     let n = b.len();
     let (first, last) = (*b.omega.first()?, *b.omega.last()?);
     let place = |i: usize| (2.0 * b.omega[i] - first - last) / (last - first).max(f64::MIN_POSITIVE);

@@ -1,7 +1,7 @@
 //! Fit of every loss model together with the terms of the chosen hypothesis.
 
 use super::criteria::Criteria;
-use super::fitted_models::{ColumnsSetAside, FittedModels, oscillator_seen};
+use super::fitted_models::{ColumnsSetAside, FittedModels, oscillator_amplitudes};
 use super::hypothesis::Kind;
 use super::hypothesis_fit::HypothesisFit;
 use super::peak;
@@ -37,7 +37,7 @@ pub(super) fn compare(curve: &PreparedCurve, mut chosen: HypothesisFit) -> Resul
     let noise = comparison.noise;
     let HypothesisFit { problem, fit, mut minima, .. } = chosen;
     let alternatives = if options.method == Method::Exact {
-        alternatives::weighed(chosen.others, &comparison, &criteria.answer)
+        alternatives::weighted(chosen.others, &comparison, &criteria.answer)
     } else {
         Vec::new()
     };
@@ -49,7 +49,7 @@ pub(super) fn compare(curve: &PreparedCurve, mut chosen: HypothesisFit) -> Resul
         (None, Some(_)) => DriveSource::Reference,
         (None, None) => DriveSource::Shape,
     };
-    let seen = oscillator_seen(&problem, &fit.parameters).and_then(|b| peak::find(&b));
+    let seen = oscillator_amplitudes(&problem, &fit.parameters).and_then(|b| peak::find(&b));
     let hypothesis = chosen.hypothesis;
     Ok(FittedModels {
         source,

@@ -25,9 +25,9 @@ pub(super) struct NoiseLaw {
 
 impl NoiseLaw {
     /// The most likely law according to the residuals of a fit, if constant noise is excluded against all growing laws.
-    /// `None` if the residuals are not noise. `weighed_by` is the law by which the points are already weighted.
-    pub(super) fn of(fitted: &FittedModels, weighed_by: Option<Self>, c: &NoiseCriteria) -> Option<Self> {
-        let laws = Residuals::of(fitted, weighed_by, c)?.laws(c);
+    /// `None` if the residuals are not noise. `weighted_by` is the law by which the points are already weighted.
+    pub(super) fn of(fitted: &FittedModels, weighted_by: Option<Self>, c: &NoiseCriteria) -> Option<Self> {
+        let laws = Residuals::of(fitted, weighted_by, c)?.laws(c);
         let best = laws.iter().max_by(|a, b| a.odds.total_cmp(&b.odds))?;
         let evidence = 2.0 * laws.iter().map(|law| law.odds).sum::<f64>().ln();
         (evidence > c.proportional_margin).then_some(Self { ratio: best.ratio })
@@ -81,7 +81,7 @@ impl NoiseLaw {
     }
 
     /// The curve with its points weighted by this law; `fitted` is the fit so far.
-    pub(super) fn weighed(self, curve: &PreparedCurve, fitted: &FittedModels) -> Option<PreparedCurve> {
+    pub(super) fn weighted(self, curve: &PreparedCurve, fitted: &FittedModels) -> Option<PreparedCurve> {
         let chosen = fitted.comparison.reported().or_else(|| fitted.comparison.preferred())?;
         let modelled = fitted.problem.predict(&chosen.unbounded.parameters, false);
         let main: Vec<f64> = modelled
@@ -92,15 +92,15 @@ impl NoiseLaw {
         // A typical point keeps its precision, because the noise is reported for such a point.
         let typical = geometric_mean(&main);
         let scaled = |precision: &mut f64, law: f64| *precision *= law / typical;
-        let mut weighed = curve.clone();
-        weighed.main.precision.iter_mut().zip(&main).for_each(|(p, law)| scaled(p, *law));
-        weighed.main.weight.clone_from(&weighed.main.precision);
-        for block in [&mut weighed.reference, &mut weighed.all].into_iter().flatten() {
+        let mut weighted = curve.clone();
+        weighted.main.precision.iter_mut().zip(&main).for_each(|(p, law)| scaled(p, *law));
+        weighted.main.weight.clone_from(&weighted.main.precision);
+        for block in [&mut weighted.reference, &mut weighted.all].into_iter().flatten() {
             let amplitudes = block.amplitudes();
             block.precision.iter_mut().zip(amplitudes).for_each(|(p, a)| scaled(p, self.precision(a)));
             block.weight.clone_from(&block.precision);
         }
-        Some(weighed)
+        Some(weighted)
     }
 
     /// Ratio of the noise to the amplitude where the floor is negligible, from the fit weighted by this law.
@@ -130,7 +130,7 @@ pub(super) fn bic_at_own_precision(fitted: &FittedModels, points: &[usize]) -> O
     let count = if b.complex { 2.0 } else { 1.0 };
     let of = |&i: &usize| {
         let residual = residuals[i]?.norm_sqr();
-        Some(Scatter { square: 0.0, floor: 1.0 / b.precision[i], residual, count })
+        Some(Scatter { square: 0.0, floor: 1.0 / b.precision[i], sum_of_squares: residual, count })
     };
     let scatter: Vec<Scatter> = points.iter().map(of).collect::<Option<_>>()?;
     let parameters =
@@ -148,7 +148,7 @@ const STEPS_PER_DECADE: f64 = 4.0;
 
 /// Minus twice the logarithm of the restricted likelihood, up to a constant, with the other most likely values for a
 /// given ratio.
-struct Likely {
+struct RestrictedLikelihood {
     minus_two_log: f64,
     /// Noise of the floor of the curve.
     noise: f64,
@@ -179,13 +179,13 @@ struct Observation {
 }
 
 impl Residuals {
-    fn of(fitted: &FittedModels, weighed_by: Option<NoiseLaw>, c: &NoiseCriteria) -> Option<Self> {
+    fn of(fitted: &FittedModels, weighted_by: Option<NoiseLaw>, c: &NoiseCriteria) -> Option<Self> {
         let chosen = fitted.comparison.reported().or_else(|| fitted.comparison.preferred())?;
         if fitted.comparison.noise.variance_inflation > 1.0 {
             return None;
         }
         let problem = fitted.problem_of(chosen);
-        let of_block = |reference| observations(&problem, &chosen.unbounded, reference, weighed_by);
+        let of_block = |reference| observations(&problem, &chosen.unbounded, reference, weighted_by);
         let blocks: Vec<Vec<Observation>> = [false, true].into_iter().filter_map(of_block).collect();
         let found = Self { blocks, parameters: chosen.unbounded.free.len() };
         (found.observations() >= found.parameters as f64 + c.spare_observations).then_some(found)
@@ -200,10 +200,10 @@ impl Residuals {
     fn laws(&self, c: &NoiseCriteria) -> Vec<Law> {
         const STEPS: i32 = 24;
         let most = self.blocks.iter().flatten().map(|o| o.square).fold(f64::MIN_POSITIVE, f64::max);
-        let Some(constant) = self.under(0.0) else { return Vec::new() };
+        let Some(constant) = self.likelihood_at(0.0) else { return Vec::new() };
         let law = |step: i32| {
             let ratio = 10f64.powf(f64::from(step) / STEPS_PER_DECADE - 1.0) / most;
-            let likely = self.under(ratio)?;
+            let likely = self.likelihood_at(ratio)?;
             // The prior is uniform in the logarithm of the ratio, up to a noise that no instrument has.
             let part = ratio.sqrt() * likely.noise / c.most_proportional;
             let before = c.proportional_odds / STEPS_PER_DECADE / (1.0 + part.powi(4));
@@ -216,7 +216,7 @@ impl Residuals {
     /// Restricted likelihood of the residuals, independent of the parameters (Patterson and Thompson 1971, Biometrika
     /// 58, 545): points that determine the parameters have hardly any residual and therefore do not determine the
     /// noise.
-    fn under(&self, ratio: f64) -> Option<Likely> {
+    fn likelihood_at(&self, ratio: f64) -> Option<RestrictedLikelihood> {
         const ROUNDS: usize = 4;
         let n = self.parameters;
         let all: Vec<usize> = (0..n).collect();
@@ -241,23 +241,23 @@ impl Residuals {
             let covariance = invert(&whole, &all, n)?;
             minus_two_log = log_determinant(&whole, &all)?;
             for ((block, s), v) in self.blocks.iter().zip(&sums).zip(&mut variances) {
-                let (mut left, mut told) = (s.rss, 0.0);
+                let (mut left, mut used_freedom) = (s.rss, 0.0);
                 for i in 0..n {
                     left -= 2.0 * moved[i] * s.jtr[i];
                     for j in 0..n {
                         let product = s.jtj[(i.max(j), i.min(j))];
                         left += moved[i] * moved[j] * product;
-                        told += covariance[(i, j)] * product / *v;
+                        used_freedom += covariance[(i, j)] * product / *v;
                     }
                 }
                 let count = block.len() as f64;
                 minus_two_log += left / *v + count * v.ln();
-                *v = left / (count - told).max(1.0);
+                *v = left / (count - used_freedom).max(1.0);
             }
         }
         minus_two_log -= self.blocks.iter().flatten().map(|o| law(o).ln()).sum::<f64>();
         let reference = variances.last().map_or(1.0, |v| variances[0] / v);
-        let found = Likely { minus_two_log, noise: variances[0].sqrt(), reference };
+        let found = RestrictedLikelihood { minus_two_log, noise: variances[0].sqrt(), reference };
         found.minus_two_log.is_finite().then_some(found)
     }
 }
@@ -267,7 +267,7 @@ fn observations(
     problem: &Problem,
     fit: &Fit,
     reference: bool,
-    weighed_by: Option<NoiseLaw>,
+    weighted_by: Option<NoiseLaw>,
 ) -> Option<Vec<Observation>> {
     const STEP: f64 = 1e-3;
     let b = problem.block(reference)?;
@@ -285,7 +285,7 @@ fn observations(
     let mut found = Vec::new();
     for i in (0..b.len()).filter(|&i| b.weight[i] > 0.0) {
         let m = here[i].as_ref()?;
-        let law = weighed_by.map_or(1.0, |law| law.precision(m.value.norm()));
+        let law = weighted_by.map_or(1.0, |law| law.precision(m.value.norm()));
         let root = (factor * b.weight[i] / law).sqrt();
         let residual = b.residual(i, m) * root;
         let slope = |near: &Option<Modelled>| {

@@ -141,7 +141,8 @@ pub(super) fn estimate(
     let b = &problem.main;
     let at = problem.response(p, false);
     let seen = |i: usize| b.data[i] - at.background_at(b.omega[i]);
-    let amplitude = |i: usize| if b.complex { seen(i).norm() } else { at.amplitude_of(b.data[i].re) };
+    let amplitude =
+        |i: usize| if b.complex { seen(i).norm() } else { at.amplitude_from_reading(b.data[i].re) };
     let measured: Vec<f64> = (0..b.len()).map(amplitude).collect();
     let found = Lorentzian::of(b, &measured, c)?;
     let x_0 = p[X_0];

@@ -53,7 +53,7 @@ fn is_beyond_a_line(problem: &Problem, fit: &Fit, criteria: &Criteria) -> bool {
     let far = problem.residuals(&fit.parameters)[all.farthest];
     let rest = fit.rss - far.map_or(0.0, |r| b.weight[all.farthest] * r.norm_sqr());
     let inflation = noise_model(problem, fit, &criteria.residuals).variance_inflation;
-    let places = places(problem, fit);
+    let places = independent_positions(problem, fit);
     [(all, fit.rss, 0.0), (without, rest, 1.0)].into_iter().all(|(line, left, dropped)| {
         let observations = b.observations() - dropped * if b.complex { 2.0 } else { 1.0 };
         let numerator = (fit.free.len() as f64 - line.parameters).max(1.0);
@@ -67,7 +67,7 @@ fn is_beyond_a_line(problem: &Problem, fit: &Fit, criteria: &Criteria) -> bool {
 }
 
 /// Number of peaks of the fitted width that fit side by side into the range of the points.
-fn places(problem: &Problem, fit: &Fit) -> f64 {
+fn independent_positions(problem: &Problem, fit: &Fit) -> f64 {
     let b = &problem.main;
     let size = |m: Option<Modelled>, drive: f64| m.map_or(f64::NAN, |m| m.oscillator.norm() / drive);
     let sizes: Vec<f64> =

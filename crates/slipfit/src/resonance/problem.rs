@@ -142,7 +142,7 @@ impl Problem {
         let modelled = (0..b.len())
             .map(|i| {
                 let here = b.data[i] - at.background_at(b.omega[i]);
-                let guess = if b.complex { here.norm() } else { at.amplitude_of(b.data[i].re) };
+                let guess = if b.complex { here.norm() } else { at.amplitude_from_reading(b.data[i].re) };
                 at.at(b.omega[i], b.drive[i], guess, &mut follower)
             })
             .collect();
@@ -200,7 +200,7 @@ impl LeastSquares for Problem {
     }
 
     fn is_spent(&self) -> bool {
-        self.main.work.left() == 0
+        self.main.work.remaining() == 0
     }
 
     fn normal_within(&self, p: &[f64], out: &mut Normal, limit: f64) -> bool {

@@ -105,41 +105,40 @@ pub(super) fn parameters(
     let centre = d.problem.centre;
     let mut noticed: Vec<LossTerm> = Vec::new();
     // The intervals account for losses that the data do not exclude, unless a model was requested.
-    let mut stretched =
+    let mut widened =
         |q: Quantity, of_term: Option<LossTerm>, gradient: &[(usize, f64)], of: &dyn Fn(&[f64]) -> f64| {
             let is_frequency = of_term.is_none() && gradient.iter().all(|(k, _)| *k == OMEGA);
             let weight: fn(&Alternative) -> f64 =
                 if is_frequency { |a| a.frequency_weight } else { |a| a.weight };
             let counted = options.model.is_none() && of_term.is_none_or(|term| chosen.model.has(term));
             if !counted {
-                return averaged::stretched(d, q, &[], weight, of);
+                return averaged::widened(d, q, &[], weight, of);
             }
             let (terms, absent) = absent_losses(&d.comparison, chosen, of_term, gradient, &q, slot);
             if widening(&q, &absent) > d.mentioned_widening {
                 noticed.extend(terms);
             }
-            averaged::stretched(d, q, &absent, weight, of)
+            averaged::widened(d, q, &absent, weight, of)
         };
     let of_frequency = |p: &[f64]| (centre + p[OMEGA]) / TAU;
-    list.set(Parameter::NaturalFrequency, stretched(frequency, None, &[(OMEGA, 1.0 / TAU)], &of_frequency));
+    list.set(Parameter::NaturalFrequency, widened(frequency, None, &[(OMEGA, 1.0 / TAU)], &of_frequency));
     let coefficient = |term: LossTerm| {
         let k = slot(term);
-        stretched(loss_term(d, chosen, term, unit), Some(term), &[(k, 1.0)], &|p| p[k])
+        widened(loss_term(d, chosen, term, unit), Some(term), &[(k, 1.0)], &|p| p[k])
     };
     let [delta, x_f] = [LossTerm::Viscous, LossTerm::Sliding].map(coefficient);
     list.set(Parameter::DECAY_RATE, delta.clone());
     list.set(Parameter::QFactor, q_factor(&delta, |_| omega_0));
     list.set(Parameter::FRICTION_DISPLACEMENT, x_f.clone());
     let x_0 = drive_amplitude(d, chosen, unit);
-    let x_0 =
-        if bounded.free.contains(&X_0) { stretched(x_0, None, &[(X_0, 1.0)], &|p| p[X_0]) } else { x_0 };
+    let x_0 = if bounded.free.contains(&X_0) { widened(x_0, None, &[(X_0, 1.0)], &|p| p[X_0]) } else { x_0 };
     let beta = friction_ratio(d, chosen, &x_f, &x_0);
     let by_drive = 1.0 / (FRAC_PI_4 * x_0.value);
     let by_both = [(X_F, by_drive), (X_0, -beta.value / x_0.value)];
     let gradient = if x_0.std_error > 0.0 { &by_both[..] } else { &by_both[..1] };
     list.set(Parameter::DriveAmplitude, x_0);
     let of_ratio = |p: &[f64]| p[X_F] / (FRAC_PI_4 * p[X_0]);
-    let beta = stretched(beta, Some(LossTerm::Sliding), gradient, &of_ratio);
+    let beta = widened(beta, Some(LossTerm::Sliding), gradient, &of_ratio);
     list.set(Parameter::FrictionRatio, below_one(beta));
     for term in chosen.model.terms().filter(|t| !is_exact(*t)) {
         list.set(Parameter::Loss(term), loss_term(d, chosen, term, unit));

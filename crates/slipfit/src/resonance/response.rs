@@ -103,7 +103,7 @@ pub(crate) struct ModelResponse {
 impl ModelResponse {
     /// The amplitude that corresponds to this reading, for curves without phases.
     #[inline(always)]
-    pub(super) fn amplitude_of(&self, read: f64) -> f64 {
+    pub(super) fn amplitude_from_reading(&self, read: f64) -> f64 {
         let above = read - self.offset;
         if self.floor == 0.0 { above } else { (above * above - self.floor).max(0.0).sqrt() }
     }

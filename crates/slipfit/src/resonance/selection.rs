@@ -26,8 +26,8 @@ pub(super) fn best_fit(
     for _ in 0..criteria.noise.rounds {
         let Some(law) = NoiseLaw::of(&found, last, &criteria.noise) else { break };
         let settled = last.is_some_and(|last| law.is_near(last, criteria.noise.settled));
-        let Some(weighed) = law.weighed(curve, &found).filter(|_| !settled) else { break };
-        let Ok(mut better) = best_hypothesis(&weighed, options, criteria) else { break };
+        let Some(weighted) = law.weighted(curve, &found).filter(|_| !settled) else { break };
+        let Ok(mut better) = best_hypothesis(&weighted, options, criteria) else { break };
         better.proportional_noise = Some(law.part(&better));
         (found, last) = (better, Some(law));
     }
@@ -66,8 +66,9 @@ fn best_hypothesis(
         let plausible = plain.as_ref().ok().filter(|_| insufficient && !implausible);
         let without = plausible.map(|plain| curve.weighted(&plain.problem.main.weight));
         let by_amplitudes = amplitudes.as_ref().map_or(f64::INFINITY, |a| Outcome::of(a).variance);
-        let of_use =
-            |f: PlainOutcome| if delay_asked { f.variance } else { f.most_with_instrument(by_amplitudes, c) };
+        let of_use = |f: PlainOutcome| {
+            if delay_asked { f.variance } else { f.variance_for_instrument(by_amplitudes, c) }
+        };
         let most = first.map_or(f64::INFINITY, |f| c.hopeless * of_use(f));
         others = with_instrument(without.as_ref().unwrap_or(curve), most, options, criteria);
     }
@@ -77,7 +78,7 @@ fn best_hypothesis(
         Some(other) => Ok(others.swap_remove(other)),
         None => {
             // Work is reserved for its loss models, whatever its fit and the others used.
-            work.leave(criteria.search.models_part);
+            work.reserve(criteria.search.models_part);
             models::compare(curve, plain)
         }
     });
@@ -183,7 +184,7 @@ impl PlainOutcome {
 
     /// Largest variance with phases and instrument terms at which these replace the plain curve; `amplitudes` is the
     /// residual variance of its amplitudes alone.
-    fn most_instead(&self, amplitudes: f64, c: &SelectionCriteria) -> f64 {
+    fn variance_to_replace_plain(&self, amplitudes: f64, c: &SelectionCriteria) -> f64 {
         let with_phases = c.phases_over_amplitudes * amplitudes;
         with_phases.min(c.phases_over_plain * self.first_variance).min(self.variance)
     }
@@ -196,8 +197,8 @@ impl PlainOutcome {
     }
 
     /// Largest variance with which a hypothesis with instrument terms from the start may be chosen.
-    fn most_with_instrument(&self, amplitudes: f64, c: &SelectionCriteria) -> f64 {
-        let instead = if self.implausible(c) { self.most_instead(amplitudes, c) } else { 0.0 };
+    fn variance_for_instrument(&self, amplitudes: f64, c: &SelectionCriteria) -> f64 {
+        let instead = if self.implausible(c) { self.variance_to_replace_plain(amplitudes, c) } else { 0.0 };
         let asked = self.insufficient(c) && !self.phases_are_wrong(amplitudes, c);
         let together = if asked { c.together * self.variance } else { 0.0 };
         instead.max(together)
@@ -233,7 +234,7 @@ fn select(plain: &PlainOutcome, others: &[Outcome], c: &SelectionCriteria) -> Op
     };
     let left = |i: Option<usize>| i.map_or(f64::INFINITY, |i| others[i].variance);
     let (instrument, amplitudes) = (least(false), least(true));
-    if plain.implausible(c) && left(instrument) < plain.most_instead(left(amplitudes), c) {
+    if plain.implausible(c) && left(instrument) < plain.variance_to_replace_plain(left(amplitudes), c) {
         return instrument;
     }
     if plain.phases_are_wrong(left(amplitudes), c) {

@@ -13,7 +13,7 @@ use crate::numeric::trig;
 pub(super) fn products(block: &Block, at: ModelResponse, columns: &[usize], limit: f64) -> Option<Products> {
     let rotation = Phasor::from_polar(1.0, at.phase);
     let products = Products::new(columns.len() + 1);
-    let follower = Follower::for_fit(block.work.left());
+    let follower = Follower::for_fit(block.work.remaining());
     let pass = Pass { block, columns, at, rotation, limit, products, follower };
     let (sums, work) = crate::numeric::dispatch(pass);
     block.work.spend(block.len(), work);
@@ -138,18 +138,18 @@ impl Pass<'_> {
             }
         }
         if self.block.complex {
-            for row in rows[..n].iter_mut().filter(|_| !points.even) {
+            for row in rows[..n].iter_mut().filter(|_| !points.unit_weights) {
                 let [re, im] = halves(row);
                 for k in 0..PIECE {
-                    re[k] *= points.root[k];
-                    im[k] *= points.root[k];
+                    re[k] *= points.root_weight[k];
+                    im[k] *= points.root_weight[k];
                 }
             }
             let [re, im] = halves(&mut rows[n]);
             for k in 0..PIECE {
                 let (x, y) = (points.re[k], points.im[k]);
-                re[k] = (x * cos[k] + y * sin[k] - background_re[k] - lanes.re[k]) * points.root[k];
-                im[k] = (y * cos[k] - x * sin[k] - background_im[k] - lanes.im[k]) * points.root[k];
+                re[k] = (x * cos[k] + y * sin[k] - background_re[k] - lanes.re[k]) * points.root_weight[k];
+                im[k] = (y * cos[k] - x * sin[k] - background_im[k] - lanes.im[k]) * points.root_weight[k];
             }
             return;
         }
@@ -182,21 +182,21 @@ impl Pass<'_> {
         for (row, &j) in rows[..n].iter_mut().zip(self.columns) {
             let [re, im] = halves(row);
             if j == OFFSET {
-                re.copy_from_slice(&points.root);
+                re.copy_from_slice(&points.root_weight);
                 continue;
             }
             if j == FLOOR {
                 for k in 0..PIECE {
-                    re[k] = by_square[k] * points.root[k];
+                    re[k] = by_square[k] * points.root_weight[k];
                 }
                 continue;
             }
             for k in 0..PIECE {
-                re[k] = (along_re[k] * re[k] + along_im[k] * im[k]) * points.root[k];
+                re[k] = (along_re[k] * re[k] + along_im[k] * im[k]) * points.root_weight[k];
             }
         }
         for k in 0..PIECE {
-            rows[n][k] = (points.re[k] - read[k] - at.offset) * points.root[k];
+            rows[n][k] = (points.re[k] - read[k] - at.offset) * points.root_weight[k];
         }
     }
 }

@@ -6,7 +6,7 @@ use super::problem::Problem;
 use super::residuals::noise_model;
 use super::response::{BG_IM, BG_RE, COUNT, DELAY, DRAG, DUFFING, FLOOR, OFFSET, R_BG_IM, R_BG_RE};
 use super::search::best;
-use crate::inference::least_squares::{Fit, LeastSquares, Normal, minimise, promised_gain};
+use crate::inference::least_squares::{Fit, LeastSquares, Normal, minimise, predicted_gain};
 use crate::inference::noise::NoiseModel;
 use crate::model::loss::LossTerm;
 
@@ -149,7 +149,7 @@ impl HypothesisFit<'_> {
         let (c, rss) = (&self.criteria.terms, self.fit.rss);
         let noise = NoiseModel::white(trial.observations());
         // The quadratic model underestimates the gain of several steps.
-        promised_gain(&sums, free).is_some_and(|gain| {
+        predicted_gain(&sums, free).is_some_and(|gain| {
             let promised = (rss - c.promise_factor * gain).max(c.promise_rest * rss);
             noise.bic(rss, self.fit.free.len()) > noise.bic(promised, free.len())
         })

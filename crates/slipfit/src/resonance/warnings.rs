@@ -3,7 +3,7 @@
 use super::alternatives::TermSet;
 use super::block::Block;
 use super::criteria::{AnswerCriteria, Criteria};
-use super::fitted_models::{FittedModels, SetAside, oscillator_seen};
+use super::fitted_models::{FittedModels, SetAside, oscillator_amplitudes};
 use super::lag;
 use super::peak::Peak;
 use super::response::{BG_IM, BG_RE, DELTA, DRAG, DUFFING, FLOOR, OFFSET, OMEGA, R_DELTA, R_OMEGA, X_0, X_F};
@@ -53,7 +53,7 @@ pub(super) fn warnings(
     if d.conjugated {
         list.push(Warning::PhaseSign);
     }
-    let shown = oscillator_seen(&d.problem, p);
+    let shown = oscillator_amplitudes(&d.problem, p);
     let shown = shown.as_ref().unwrap_or(b);
     let noise = if std::ptr::eq(shown, b) { noise } else { peak::noise(shown).max(noise) };
     let runs = runs_of(used, shown, c.run_points);

@@ -60,7 +60,7 @@ impl Work {
     }
 
     /// Remaining work for motions with stops.
-    pub(crate) fn left(&self) -> u64 {
+    pub(crate) fn remaining(&self) -> u64 {
         self.allowed().saturating_sub(self.used())
     }
 
@@ -72,7 +72,7 @@ impl Work {
     /// Allows `search` a fraction of the remaining work, so that the rest is left for what follows.
     pub(crate) fn within<T>(&self, part: f64, search: impl FnOnce() -> T) -> T {
         let (used, allowed) = (self.used(), self.allowed());
-        let most = used.saturating_add((part * self.left() as f64) as u64).min(allowed);
+        let most = used.saturating_add((part * self.remaining() as f64) as u64).min(allowed);
         self.0.step.store(most, Ordering::Relaxed);
         let found = search();
         self.0.step.store(allowed, Ordering::Relaxed);
@@ -80,7 +80,7 @@ impl Work {
     }
 
     /// Reserves at least a fraction of the work of the first step for what follows, once.
-    pub(crate) fn leave(&self, part: f64) {
+    pub(crate) fn reserve(&self, part: f64) {
         let part = (part * self.0.most as f64) as u64;
         let least = self.used().saturating_add(part).min(self.0.most.saturating_add(part));
         self.0.step.store(self.allowed().max(least), Ordering::Relaxed);
@@ -88,7 +88,7 @@ impl Work {
 
     /// Work allowed for a curve to be reported, whatever the search used.
     pub(crate) fn for_report(&self) -> u64 {
-        self.left().max(REPORT)
+        self.remaining().max(REPORT)
     }
 
     /// All work done so far.
@@ -100,7 +100,7 @@ impl Work {
     /// Adds one pass over `points`, with the work of those computed one by one.
     pub(crate) fn spend(&self, points: usize, one_by_one: u64) {
         let spent = (PASS + POINT * points as u64).saturating_add(one_by_one);
-        if spent >= self.left() {
+        if spent >= self.remaining() {
             self.0.cut.store(true, Ordering::Relaxed);
         }
         self.0.used.store(self.used().saturating_add(spent), Ordering::Relaxed);
@@ -127,35 +127,35 @@ mod tests {
     fn copies_spend_from_one_account() {
         let work = Work::limited(1000);
         work.clone().spend(5, 400);
-        assert_eq!(work.left(), 1000 - PASS - 5 * POINT - 400);
+        assert_eq!(work.remaining(), 1000 - PASS - 5 * POINT - 400);
         assert!(!work.was_cut());
         work.spend(5, 1000);
-        assert_eq!(work.left(), 0);
+        assert_eq!(work.remaining(), 0);
         assert!(!Work::limited(10_000).is_spent());
         work.spend(0, 500);
         assert!(work.is_spent());
         work.renew(0.5);
         assert!(work.was_cut());
-        assert_eq!(work.left(), 500);
+        assert_eq!(work.remaining(), 500);
         assert_eq!(work.spent(), 3 * PASS + 10 * POINT + 1900);
     }
     #[test]
     fn a_part_of_a_search_leaves_the_rest_to_others() {
         let work = Work::limited(1000);
         work.within(0.5, || {
-            assert_eq!(work.left(), 500);
+            assert_eq!(work.remaining(), 500);
             work.spend(0, 600);
-            assert_eq!(work.left(), 0);
+            assert_eq!(work.remaining(), 0);
         });
-        assert_eq!(work.left(), 1000 - PASS - 600);
+        assert_eq!(work.remaining(), 1000 - PASS - 600);
         work.spend(0, 1000 - 2 * PASS - 600);
-        assert_eq!(work.left(), 0);
+        assert_eq!(work.remaining(), 0);
         // Only once, however often it is requested.
-        work.leave(0.25);
-        assert_eq!(work.left(), 250);
+        work.reserve(0.25);
+        assert_eq!(work.remaining(), 250);
         work.spend(0, 250 - PASS);
-        work.leave(0.25);
-        assert_eq!(work.left(), 0);
+        work.reserve(0.25);
+        assert_eq!(work.remaining(), 0);
         // Work beyond the limit does not allow a further fraction.
         work.spend(0, 1250 / 16);
         work.within(0.5, || assert!(work.is_spent()));

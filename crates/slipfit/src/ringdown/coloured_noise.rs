@@ -57,7 +57,7 @@ fn noise_inflation(answer: &Answer, criteria: &ColouredNoiseCriteria) -> Option<
         .map(|p| Scatter {
             square: p.fitted.powi(2),
             floor: p.std_error.powi(2),
-            residual: (p.amplitude - p.fitted).powi(2),
+            sum_of_squares: (p.amplitude - p.fitted).powi(2),
             count: 1.0,
         })
         .collect();

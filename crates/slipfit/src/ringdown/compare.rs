@@ -7,7 +7,7 @@ use crate::inference::least_squares::{
 };
 use crate::inference::model_selection::ModelComparison;
 use crate::inference::noise::NoiseModel;
-use crate::inference::quadratic::given;
+use crate::inference::quadratic::conditional_minimum;
 use crate::model::loss::{LossModel, LossTerm};
 use crate::motion::decay::parameters::{first_shape, shape_slot};
 use crate::numeric::order::sort_by_value;
@@ -277,7 +277,7 @@ impl DistantModel {
         let (larger, fit) = fits.iter().find(|(m, _)| model.is_within(*m))?;
         let absent = || larger.terms().filter(|t| !model.has(*t));
         let fixed: Vec<(usize, f64)> = absent().map(|t| (slot(t), 0.0)).collect();
-        let (rise, start) = given(fit, &fixed)?;
+        let (rise, start) = conditional_minimum(fit, &fixed)?;
         let variance = noise.residual_variance(fit);
         let rise = rise / variance;
         let is_absent = |slot: &usize| absent().flat_map(slots).any(|s| s == *slot);
@@ -331,7 +331,7 @@ fn starts(
     let of_larger = fits.iter().find(|(m, _)| model.is_within(*m)).and_then(|(larger, fit)| {
         let absent: Vec<(usize, f64)> =
             larger.terms().filter(|t| !model.has(*t)).map(|t| (slot(t), 0.0)).collect();
-        given(fit, &absent).map(|(rise, p)| (fit.rss + rise, without_shapes(model, p)))
+        conditional_minimum(fit, &absent).map(|(rise, p)| (fit.rss + rise, without_shapes(model, p)))
     });
     if let Some((_, smaller)) = fits.iter().rfind(|(m, _)| m.is_within(model)) {
         let lower = of_larger.as_ref().is_some_and(|(rss, _)| *rss < smaller.rss);

@@ -8,7 +8,7 @@ use super::criteria::WaveformCriteria;
 use super::envelope::{X_F, law_of};
 use super::waveform::{OMEGA, PHASE, RestLevel, Waveform};
 use crate::inference::least_squares::{Fit, LeastSquares, Normal, STEP_TOLERANCE, by_rss, minimise_until};
-use crate::inference::quadratic::given;
+use crate::inference::quadratic::conditional_minimum;
 use crate::numeric::order::ascending;
 use std::f64::consts::PI;
 
@@ -76,7 +76,7 @@ fn other_minima(problem: &Waveform, fit: &Fit, errors: f64) -> Option<Vec<Fit>> 
     let evaluated: Vec<(f64, Vec<f64>)> = (0..=2 * steps)
         .map(|i| x_f + step * (i as f64 - steps as f64))
         .filter(|x| *x > 0.0)
-        .filter_map(|x| given(&motion, &[(X_F, x)]))
+        .filter_map(|x| conditional_minimum(&motion, &[(X_F, x)]))
         .filter_map(|(_, p)| problem.normal_of(&p, &[], &mut sums, f64::INFINITY).then_some((sums.rss, p)))
         .collect();
     let turns: Vec<f64> = evaluated.iter().map(|(_, p)| last_turn(p)).collect();
@@ -113,7 +113,8 @@ pub(super) fn is_hidden(problem: &Waveform, fit: &Fit, variances: f64) -> bool {
 /// squares has a kink where it changes, beyond which the curvature at the minimum carries no information.
 pub(super) fn may_be_another(fit: &Fit, reach: f64) -> bool {
     let turn = last_turn(&fit.parameters);
-    let differs = |x_f: f64| given(fit, &[(X_F, x_f)]).is_some_and(|(_, p)| last_turn(&p) != turn);
+    let differs =
+        |x_f: f64| conditional_minimum(fit, &[(X_F, x_f)]).is_some_and(|(_, p)| last_turn(&p) != turn);
     turn.is_finite() && [-1.0, 1.0].iter().any(|side| differs(fit.parameters[X_F] + side * reach))
 }
 

@@ -3,7 +3,7 @@
 use super::envelope::DRAG;
 use super::waveform::{BACKBONE, CHIRP, COUNT, OFFSET, OMEGA, PHASE, Waveform};
 use crate::inference::least_squares::{
-    Fit, LeastSquares, Normal, STEP_TOLERANCE, minimise_until, promised_gain,
+    Fit, LeastSquares, Normal, STEP_TOLERANCE, minimise_until, predicted_gain,
 };
 
 /// Parameters of phase and offset that every motion has.
@@ -62,7 +62,7 @@ impl NuisanceSelection {
         let promised = |nuisance: &[usize]| {
             let mut free = self.free(nuisance);
             free.push(DRAG);
-            promised_gain(sums, &free)
+            predicted_gain(sums, &free)
         };
         let alone = promised(&self.nuisance)?;
         let others = OPTIONAL.into_iter().filter(|o| !self.nuisance.contains(o));

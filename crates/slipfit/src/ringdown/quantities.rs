@@ -162,7 +162,7 @@ fn with_other_minima(e: &Evidence, fit: &ModelFit, found: Estimate, most: Option
         return found;
     }
     let factor = e.fit.comparison.noise.student_factor(&fit.bounded);
-    found.no_narrower(factor, [0.0, most.unwrap_or(f64::INFINITY)])
+    found.widened_to_std_error(factor, [0.0, most.unwrap_or(f64::INFINITY)])
 }
 
 /// For a model with a loss of fitted shape: extends an interval to the values of smaller models that lie
@@ -220,7 +220,7 @@ fn with_absent_losses(
     if averaged::widening(&q, &others) > e.criteria.report.mentioned_widening {
         counted.extend(terms);
     }
-    averaged::stretched(q, &others)
+    averaged::widened(q, &others)
 }
 
 /// The shape parameter of a loss term, if the chosen model has one: its interval is that of the profile,

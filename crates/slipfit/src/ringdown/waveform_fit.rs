@@ -19,7 +19,7 @@ use super::waveform::{
 use super::window_fit::{Problem, WindowFit};
 use crate::inference::least_squares::Fit;
 use crate::inference::noise::NoiseModel;
-use crate::inference::quadratic::given;
+use crate::inference::quadratic::conditional_minimum;
 use crate::model::loss::{LossModel, LossTerm};
 use crate::motion::decay::parameters::shape_slot;
 use crate::signal::blocks;
@@ -332,7 +332,7 @@ fn may_stop(fit: &Fit, samples: usize, duration: f64, criteria: &WaveformCriteri
         false => fit.unit_std(X_F) * (fit.rss / samples as f64).sqrt(),
     };
     let most = fit.parameters[X_F] + criteria.last_swing_errors * std_error;
-    let stopping = given(fit, &[(X_F, most)]);
+    let stopping = conditional_minimum(fit, &[(X_F, most)]);
     stopping.is_some_and(|(_, p)| law_of(&p, p[OMEGA]).stop_time_s().is_some_and(|t| t < duration))
 }
 

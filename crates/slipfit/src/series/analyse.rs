@@ -3,7 +3,7 @@
 use super::answer::{Answer, ConditionRow, Consistency, Estimate};
 use super::comparison::{Difference, Pair};
 use super::criteria::Criteria;
-use super::drag::{Candidates, Weighed};
+use super::drag::{AveragedMeasurements, Candidates};
 use super::joint::{joint, references};
 use super::law::{LoadPoint, Replication, laws_of};
 use super::scatter::{Mean, Repeats, Scatter};
@@ -88,7 +88,7 @@ pub fn analyse_with(
     if singles.iter().all(|(_, s)| s.is_err()) {
         return Err(Error::NoFit { reason: "no measurement of the series could be analysed" });
     }
-    let Weighed { averaged: solved, models } = Weighed::new(candidates, criteria);
+    let AveragedMeasurements { averaged: solved, models } = AveragedMeasurements::new(candidates, criteria);
     let mut labels: Vec<&Condition> = Vec::new();
     for m in measurements {
         if !labels.iter().any(|c| c.label == m.condition.label) {
@@ -134,7 +134,7 @@ pub fn analyse_with(
     let agreement_p_value: Option<f64> = agreement.sum();
     let scattered = ring_downs.iter().chain(&resonances).flat_map(|r| {
         let more = of_repeats.covariance(r.level);
-        r.list.iter().map(move |s| s.scattered(&more))
+        r.list.iter().map(move |s| s.with_scatter(&more))
     });
     let scattered: Vec<SolvedMeasurement> = scattered.collect();
     let references = references(&scattered, measurements);
@@ -302,11 +302,17 @@ fn laws(
     if points.iter().all(|p: &LoadPoint| p.load == points[0].load) {
         return Vec::new();
     }
-    let known = Replication { measurements, freedom, repeats: scatter.freedom, left: scatter.left, shared };
+    let known = Replication {
+        measurements,
+        freedom,
+        repeats: scatter.freedom,
+        chi_square: scatter.chi_square,
+        shared,
+    };
     let mut laws = laws_of(&points, [&options.condition_unit, &unit], &known, criteria);
     let relative = options.calibration.map_or(0.0, Calibration::relative_error);
     for law in &mut laws {
-        law.times_uncertain(relative);
+        law.add_relative_error(relative);
     }
     laws
 }

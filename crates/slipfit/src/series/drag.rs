@@ -3,19 +3,19 @@
 use super::answer::SingleAnswer;
 use super::criteria::Criteria;
 use super::likelihood::lowest;
-use super::single::Compared;
+use super::single::ComparedAnswers;
 use super::solved::SolvedMeasurement;
 use crate::answer::Parameter;
 use nalgebra::Vector2;
 
 /// Results of a measurement without drag, and with it.
 pub(super) struct Candidates {
-    pub(super) without: SolvedMeasurement,
-    pub(super) beside: Option<BesideDrag>,
+    pub(super) without_drag: SolvedMeasurement,
+    pub(super) with_drag: Option<WithDrag>,
 }
 
 /// Damping and friction of the model with drag, without limits.
-pub(super) struct BesideDrag {
+pub(super) struct WithDrag {
     pub(super) solved: SolvedMeasurement,
     /// Drag rate in the common unit.
     rate: f64,
@@ -25,15 +25,14 @@ pub(super) struct BesideDrag {
 }
 
 impl Candidates {
-    pub(super) fn new(measurement: usize, scale: f64, found: &Compared) -> Result<Self, &'static str> {
-        let without = SolvedMeasurement::new(measurement, scale, &found.without_drag)?;
-        let beside =
-            found.beside_drag.as_ref().and_then(|answer| BesideDrag::new(measurement, scale, answer));
-        Ok(Self { without, beside })
+    pub(super) fn new(measurement: usize, scale: f64, found: &ComparedAnswers) -> Result<Self, &'static str> {
+        let without_drag = SolvedMeasurement::new(measurement, scale, &found.without_drag)?;
+        let with_drag = found.with_drag.as_ref().and_then(|answer| WithDrag::new(measurement, scale, answer));
+        Ok(Self { without_drag, with_drag })
     }
 }
 
-impl BesideDrag {
+impl WithDrag {
     fn new(measurement: usize, scale: f64, answer: &SingleAnswer) -> Option<Self> {
         let solved = SolvedMeasurement::new(measurement, scale, answer).ok()?;
         let drag = answer.parameters().get(Parameter::DRAG_RATE)?;
@@ -57,7 +56,7 @@ struct Pooled {
 
 impl Pooled {
     /// Estimated as in a random-effects meta-analysis (REML).
-    fn of(all: &[&BesideDrag]) -> Self {
+    fn of(all: &[&WithDrag]) -> Self {
         let with = |deviation: f64| {
             let between = deviation * deviation;
             let weights = || all.iter().map(|b| 1.0 / (b.std_error * b.std_error + between));
@@ -73,13 +72,13 @@ impl Pooled {
 }
 
 /// Viscous damping and sliding friction of the measurements, averaged over models with and without drag.
-pub(super) struct Weighed {
+pub(super) struct AveragedMeasurements {
     pub(super) averaged: Vec<SolvedMeasurement>,
     /// The models without and with drag, with their weights.
     pub(super) models: Vec<(f64, Vec<SolvedMeasurement>)>,
 }
 
-impl Weighed {
+impl AveragedMeasurements {
     /// The measurements, each averaged over the models without and with drag, with one weight for all (Buckland et
     /// al. 1997, Biometrics 53, 603).
     ///
@@ -90,26 +89,28 @@ impl Weighed {
     /// Minus twice the logarithm of the likelihood falls by about the square of the significance; a negative drag,
     /// which is unphysical, counts against the model with drag by the same amount.
     pub(super) fn new(all: Vec<Candidates>, criteria: &Criteria) -> Self {
-        let known: Vec<&BesideDrag> = all.iter().filter_map(|c| c.beside.as_ref()).collect();
+        let known: Vec<&WithDrag> = all.iter().filter_map(|c| c.with_drag.as_ref()).collect();
         let pooled = if known.is_empty() { None } else { Some(Pooled::of(&known)) };
         let significance = pooled.as_ref().map_or(f64::NEG_INFINITY, |p| p.rate / p.std_error);
         let weight = 1.0 / (1.0 + (0.5 * (criteria.drag_penalty - significance * significance.abs())).exp());
         let Some(pooled) = pooled.filter(|_| weight.is_finite() && weight > 0.0) else {
-            let without: Vec<SolvedMeasurement> = all.into_iter().map(|c| c.without).collect();
+            let without: Vec<SolvedMeasurement> = all.into_iter().map(|c| c.without_drag).collect();
             return Self { averaged: without.clone(), models: vec![(1.0, without)] };
         };
-        let (mut without, mut beside) = (Vec::new(), Vec::new());
+        let (mut without, mut with_drag) = (Vec::new(), Vec::new());
         for candidates in all {
-            let by_all = candidates.beside.as_ref().map(|b| b.given_rate(&pooled, &candidates.without));
-            beside.push(by_all.unwrap_or_else(|| candidates.without.clone()));
-            without.push(candidates.without);
+            let by_all =
+                candidates.with_drag.as_ref().map(|b| b.given_rate(&pooled, &candidates.without_drag));
+            with_drag.push(by_all.unwrap_or_else(|| candidates.without_drag.clone()));
+            without.push(candidates.without_drag);
         }
-        let averaged = without.iter().zip(&beside).map(|(a, b)| mean(a, b, weight, significance)).collect();
-        Self { averaged, models: vec![(1.0 - weight, without), (weight, beside)] }
+        let averaged =
+            without.iter().zip(&with_drag).map(|(a, b)| mean(a, b, weight, significance)).collect();
+        Self { averaged, models: vec![(1.0 - weight, without), (weight, with_drag)] }
     }
 }
 
-impl BesideDrag {
+impl WithDrag {
     /// The result for the common drag rate, as far as the measurement follows it.
     fn given_rate(&self, pooled: &Pooled, without: &SolvedMeasurement) -> SolvedMeasurement {
         let variance = self.std_error * self.std_error;
@@ -130,22 +131,22 @@ impl BesideDrag {
 /// The average of a measurement without drag and with a drag of this significance, with this weight of the latter.
 fn mean(
     without: &SolvedMeasurement,
-    beside: &SolvedMeasurement,
+    with_drag: &SolvedMeasurement,
     weight: f64,
     significance: f64,
 ) -> SolvedMeasurement {
-    let apart = beside.value - without.value;
+    let apart = with_drag.value - without.value;
     // The choice of model moves all measurements through the shared rate, and the rest of the difference moves each
     // independently.
-    let own = apart - beside.shared * significance;
+    let own = apart - with_drag.shared * significance;
     let shared = weight * (1.0 + (1.0 - weight) * significance * significance);
     SolvedMeasurement {
         value: without.value + apart * weight,
         covariance: without.covariance * (1.0 - weight)
-            + beside.covariance * weight
+            + with_drag.covariance * weight
             + own * own.transpose() * (weight * (1.0 - weight)),
-        shared: beside.shared * shared.sqrt(),
-        ..if weight > 0.5 { beside.clone() } else { without.clone() }
+        shared: with_drag.shared * shared.sqrt(),
+        ..if weight > 0.5 { with_drag.clone() } else { without.clone() }
     }
 }
 

@@ -136,7 +136,7 @@ pub(super) struct Replication {
     pub(super) freedom: f64,
     /// Number of repeats at the same load, and their chi square with these errors.
     pub(super) repeats: f64,
-    pub(super) left: f64,
+    pub(super) chi_square: f64,
     /// Shift of each point by one standard error of the common disturbance, in addition to its own error.
     pub(super) shared: Vec<f64>,
 }
@@ -145,7 +145,7 @@ impl Replication {
     /// Points of one measurement each.
     fn of_points(n: usize) -> Self {
         let shared = vec![0.0; n];
-        Self { measurements: n as f64, freedom: f64::INFINITY, repeats: 0.0, left: 0.0, shared }
+        Self { measurements: n as f64, freedom: f64::INFINITY, repeats: 0.0, chi_square: 0.0, shared }
     }
 }
 
@@ -192,7 +192,7 @@ struct Data<'a> {
     /// Derivative of that with respect to the load, times its standard error.
     load_errors: Vec<f64>,
     /// Whether no point has an error.
-    unknown: bool,
+    errors_unknown: bool,
 }
 
 /// Coefficients by least squares, with scatter of the points beyond their errors.
@@ -235,7 +235,7 @@ impl<'a> Data<'a> {
             replication,
             loads: points.iter().map(|p| p.load.powf(power)).collect(),
             load_errors: points.iter().map(by_load).collect(),
-            unknown: points.iter().all(|p| p.friction_std_error == 0.0 && p.load_std_error == 0.0),
+            errors_unknown: points.iter().all(|p| p.friction_std_error == 0.0 && p.load_std_error == 0.0),
         })
     }
 
@@ -256,7 +256,7 @@ impl<'a> Data<'a> {
                     + same.powi(2)
                     + (proportional * share).powi(2);
                 let least = (1e-30 * p.friction.powi(2)).max(f64::MIN_POSITIVE);
-                let weight = if self.unknown { 1.0 } else { 1.0 / variance.max(least) };
+                let weight = if self.errors_unknown { 1.0 } else { 1.0 / variance.max(least) };
                 logarithms -= weight.ln();
                 let shared = self.replication.shared[i];
                 let row = [self.loads[i], 1.0, shared];
@@ -293,16 +293,16 @@ impl<'a> Data<'a> {
         let (n, columns) = (self.points.len(), self.form.columns);
         let dof = n - columns;
         let deviance = self.deviance_above(&bare);
-        let measurements = if self.unknown { n as f64 } else { self.replication.measurements };
+        let measurements = if self.errors_unknown { n as f64 } else { self.replication.measurements };
         let chi_square = bare.chi_square;
-        let known = dof > 0 && !self.unknown;
+        let known = dof > 0 && !self.errors_unknown;
         let p_value = known.then(|| scaled_tail(chi_square, dof as f64, self.replication.freedom));
-        let (Weighted { values, covariance, .. }, widened, variance) = self.with_errors(bare, dof);
+        let (Weighted { values, covariance, .. }, width_factor, variance) = self.with_errors(bare, dof);
         Some(FittedForm {
             power: self.form.power,
             values,
             covariance: covariance * variance,
-            widened,
+            width_factor,
             chi_square,
             dof,
             p_value,
@@ -313,7 +313,7 @@ impl<'a> Data<'a> {
     /// The coefficients with their final errors, the half width of an interval over that of a normal one, and the
     /// factor by which the variances exceed those of the weights.
     fn with_errors(&self, bare: Weighted, dof: usize) -> (Weighted, f64, f64) {
-        if self.unknown {
+        if self.errors_unknown {
             let reduced = bare.chi_square / (dof as f64).max(1.0);
             return (bare, if dof == 0 { 1.0 } else { student_factor(dof as f64) }, reduced);
         }
@@ -327,7 +327,7 @@ impl<'a> Data<'a> {
         // The spread of few points cannot show whether they scatter: combined with that of the repeats it widens the
         // intervals in any case, and scatter beyond the repeats is estimated from the points alone (Satterthwaite).
         let all = dof as f64 + self.replication.repeats;
-        let spread = hartung_knapp_factor((fit.chi_square + self.replication.left) / all, all);
+        let spread = hartung_knapp_factor((fit.chi_square + self.replication.chi_square) / all, all);
         let share = |k: usize| 1.0 - bare.covariance[(k, k)] / fit.covariance[(k, k)];
         let share = (0..self.form.columns).map(share).fold(0.0, f64::max);
         let scattered = if share > 0.0 { student_factor(dof as f64 / (share * share)) } else { 1.0 };
@@ -337,7 +337,7 @@ impl<'a> Data<'a> {
     /// The deviance with the likeliest scatter minus that of the errors alone.
     fn deviance_above(&self, bare: &Weighted) -> f64 {
         let n = self.points.len() as f64;
-        if self.unknown {
+        if self.errors_unknown {
             return n * (bare.chi_square / n).max(f64::MIN_POSITIVE).ln();
         }
         let [same, proportional] = self.likeliest(Weighted::deviance);
@@ -354,7 +354,7 @@ struct FittedForm {
     values: Vec<f64>,
     covariance: DMatrix<f64>,
     /// Half width of an interval over that of a normal one.
-    widened: f64,
+    width_factor: f64,
     chi_square: f64,
     dof: usize,
     p_value: Option<f64>,
@@ -367,7 +367,7 @@ impl FittedForm {
     }
 
     fn quantity(&self, value: f64, std_error: f64, unit: String) -> Quantity {
-        let half = Z_95 * self.widened * std_error;
+        let half = Z_95 * self.width_factor * std_error;
         Quantity { interval_95: [value - half, value + half], ..Quantity::normal(value, std_error, unit) }
     }
 
@@ -406,7 +406,7 @@ impl FittedForm {
         let variance = (c(1, 1) - 2.0 * n_0 * c(0, 1) + n_0 * n_0 * c(0, 0)) / (slope * slope);
         let mut q = self.quantity(n_0, variance.max(0.0).sqrt(), unit.to_owned());
         // If the slope may be zero, the ratio is undetermined.
-        if !(slope > Z_95 * self.widened * self.std_error(0)) || q.interval_95[1] < 0.0 {
+        if !(slope > Z_95 * self.width_factor * self.std_error(0)) || q.interval_95[1] < 0.0 {
             return None;
         }
         q.value = n_0.max(0.0);
@@ -422,7 +422,7 @@ impl LawFit {
     }
 
     /// Includes the relative error `relative` of the unit of friction.
-    pub(super) fn times_uncertain(&mut self, relative: f64) {
+    pub(super) fn add_relative_error(&mut self, relative: f64) {
         self.coefficient.add_error(relative * self.coefficient.value);
         // The pull-off load is a ratio of two frictions.
         if let (LoadLaw::Amontons, Some(offset)) = (self.law, &mut self.offset) {

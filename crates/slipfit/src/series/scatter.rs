@@ -46,7 +46,7 @@ impl Mean {
 }
 
 /// Combined repeats.
-struct Together {
+struct CombinedRepeats {
     value: Vector2<f64>,
     covariance: Matrix2<f64>,
     shared: Vector2<f64>,
@@ -63,7 +63,7 @@ pub(super) struct Scatter {
     /// Number of repeats beyond the first of each condition.
     pub(super) freedom: f64,
     /// Chi square per quantity of the repeats about their means, including this scatter.
-    pub(super) left: f64,
+    pub(super) chi_square: f64,
 }
 
 /// Standard deviations of damping and friction.
@@ -83,7 +83,7 @@ impl<'a> Repeats<'a> {
     /// Their mean, weighted by their covariances (each with `more` added) and including the common disturbance:
     /// generalised least squares with the disturbance as a further unknown, 0 ± 1. `None` if double precision is not
     /// sufficient.
-    fn together(&self, more: &Matrix2<f64>) -> Option<Together> {
+    fn combined(&self, more: &Matrix2<f64>) -> Option<CombinedRepeats> {
         let (mut weight, mut sum, mut logarithms) = (Matrix2::zeros(), Vector2::zeros(), 0.0);
         let (mut cross, mut own, mut moved) = (Vector2::zeros(), 1.0, 0.0);
         for s in &self.list {
@@ -111,13 +111,14 @@ impl<'a> Repeats<'a> {
         let held = value.iter().all(|v| v.is_finite())
             && covariance.diagonal().iter().all(|v| v.is_normal() && *v > 0.0);
         let logarithms = logarithms - given.determinant().ln() + precision.ln();
-        held.then_some(Together { value, covariance, shared, chi_square, logarithms })
+        held.then_some(CombinedRepeats { value, covariance, shared, chi_square, logarithms })
     }
 
     /// Their mean, including the scatter of repeats, and Satterthwaite's degrees of freedom of its variances.
     pub(super) fn mean(&self, scatter: &Scatter) -> Option<Mean> {
-        let bare = self.together(&Matrix2::zeros())?;
-        let Together { value, covariance, shared, .. } = self.together(&scatter.covariance(self.level))?;
+        let bare = self.combined(&Matrix2::zeros())?;
+        let CombinedRepeats { value, covariance, shared, .. } =
+            self.combined(&scatter.covariance(self.level))?;
         let freedom = [0, 1].map(|k| {
             let share = 1.0 - bare.covariance[(k, k)] / covariance[(k, k)];
             if share > 0.0 { scatter.freedom / (share * share) } else { f64::INFINITY }
@@ -153,12 +154,12 @@ impl Shape {
                     let mut tried = shape;
                     tried.deviation[k] = deviation;
                     let deviance = |r: &&Repeats<'_>| {
-                        let together = r.together(&tried.covariance(r.level))?;
+                        let together = r.combined(&tried.covariance(r.level))?;
                         Some(together.chi_square + together.logarithms)
                     };
                     several.iter().map(deviance).sum::<Option<f64>>().unwrap_or(f64::INFINITY)
                 };
-                (shape.deviation[k], least) = lowest(SEVERAL * highest, with);
+                (shape.deviation[k], least) = lowest(LARGEST_SCATTER * highest, with);
             }
             if !(before - least > SETTLED) {
                 break;
@@ -180,23 +181,23 @@ impl Scatter {
         let mut scatter = Self {
             shapes: [(same.0, weights[0]), (proportional.0, weights[1])],
             freedom: several.iter().map(|r| r.list.len() as f64 - 1.0).sum(),
-            left: 0.0,
+            chi_square: 0.0,
         };
-        let left = |r: &&Repeats<'_>| Some(0.5 * r.together(&scatter.covariance(r.level))?.chi_square);
-        scatter.left = several.iter().filter_map(left).sum();
+        let chi_square = |r: &&Repeats<'_>| Some(0.5 * r.combined(&scatter.covariance(r.level))?.chi_square);
+        scatter.chi_square = several.iter().filter_map(chi_square).sum();
         scatter
     }
 
     /// Minimum of the half width of an interval over that of a normal one.
     pub(super) fn spread(&self) -> f64 {
-        hartung_knapp_factor(self.left / self.freedom, self.freedom)
+        hartung_knapp_factor(self.chi_square / self.freedom, self.freedom)
     }
 
     /// The scatter relative to the values, if the errors alone do not explain the spread of repeats about their
     /// means.
     pub(super) fn relative(&self, all: &[Repeats<'_>], criteria: &Criteria) -> Option<RepeatScatter> {
         let chi_square: f64 =
-            all.iter().filter_map(|r| Some(r.together(&Matrix2::zeros())?.chi_square)).sum();
+            all.iter().filter_map(|r| Some(r.combined(&Matrix2::zeros())?.chi_square)).sum();
         if !(self.freedom > 0.0 && chi_square_tail(chi_square, 2.0 * self.freedom) < criteria.disagree) {
             return None;
         }
@@ -219,7 +220,7 @@ const ROUNDS: usize = 8;
 /// Gain in twice the log-likelihood below which the iteration ends.
 const SETTLED: f64 = 1e-3;
 /// Largest scatter tried, relative to the largest deviation.
-const SEVERAL: f64 = 4.0;
+const LARGEST_SCATTER: f64 = 4.0;
 
 #[cfg(test)]
 mod tests {

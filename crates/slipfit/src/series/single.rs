@@ -6,14 +6,14 @@ use crate::model::loss::{LossModel, LossTerm};
 use crate::{Error, levels, resonance, ringdown};
 
 /// Viscous damping and sliding friction of a measurement, with its other terms.
-pub(super) struct Compared {
+pub(super) struct ComparedAnswers {
     pub(super) without_drag: SingleAnswer,
     /// The same with drag, if it may or may not have it.
-    pub(super) beside_drag: Option<SingleAnswer>,
+    pub(super) with_drag: Option<SingleAnswer>,
 }
 
 /// The answer for the given options, and the answers compared with other measurements.
-pub(super) fn analyse_one(data: &Data) -> (Result<SingleAnswer, Error>, Option<Compared>) {
+pub(super) fn analyse_one(data: &Data) -> (Result<SingleAnswer, Error>, Option<ComparedAnswers>) {
     match data {
         Data::RingDown { record, options } => {
             let analyse = |model: Option<LossModel>| {
@@ -33,13 +33,13 @@ pub(super) fn analyse_one(data: &Data) -> (Result<SingleAnswer, Error>, Option<C
             };
             let both = answer.model.with(LossTerm::Viscous).with(LossTerm::Sliding);
             let compared = if options.model.is_some() {
-                by(both).map(Compared::alone)
+                by(both).map(ComparedAnswers::alone)
             } else {
                 let without = both.without(&[LossTerm::Drag]).and_then(by);
-                let beside = by(both.with(LossTerm::Drag));
-                match (without, beside) {
-                    (Some(without_drag), beside_drag) => Some(Compared { without_drag, beside_drag }),
-                    (None, beside) => beside.map(Compared::alone),
+                let with_drag = by(both.with(LossTerm::Drag));
+                match (without, with_drag) {
+                    (Some(without_drag), with_drag) => Some(ComparedAnswers { without_drag, with_drag }),
+                    (None, with_drag) => with_drag.map(ComparedAnswers::alone),
                 }
             };
             (Ok(SingleAnswer::RingDown(Box::new(answer))), compared)
@@ -55,25 +55,25 @@ pub(super) fn analyse_one(data: &Data) -> (Result<SingleAnswer, Error>, Option<C
             const BOTH: LossModel = LossModel::VISCOUS_SLIDING;
             let both = if answer.model == BOTH { Some(answer.clone()) } else { analyse(Some(BOTH)).ok() };
             let single = |answer| SingleAnswer::Sweep(Box::new(answer));
-            let beside_drag =
+            let with_drag =
                 if options.model.is_none() { analyse(Some(BOTH.with(LossTerm::Drag))).ok() } else { None };
             let compared = both
-                .map(|both| Compared { without_drag: single(both), beside_drag: beside_drag.map(single) });
+                .map(|both| ComparedAnswers { without_drag: single(both), with_drag: with_drag.map(single) });
             (Ok(single(answer)), compared)
         }
         // Levels have no other model.
         Data::Levels { levels, options } => match levels::analyse(levels, options) {
             Ok(answer) => {
                 let single = SingleAnswer::Levels(Box::new(answer));
-                (Ok(single.clone()), Some(Compared::alone(single)))
+                (Ok(single.clone()), Some(ComparedAnswers::alone(single)))
             }
             Err(e) => (Err(e), None),
         },
     }
 }
 
-impl Compared {
+impl ComparedAnswers {
     fn alone(without_drag: SingleAnswer) -> Self {
-        Self { without_drag, beside_drag: None }
+        Self { without_drag, with_drag: None }
     }
 }

@@ -83,7 +83,7 @@ impl SolvedMeasurement {
     }
 
     /// The same with additional scatter between repeats.
-    pub(super) fn scattered(&self, more: &Matrix2<f64>) -> Self {
+    pub(super) fn with_scatter(&self, more: &Matrix2<f64>) -> Self {
         let covariance = self.covariance + more;
         let shrunk = |k: usize, rho: f64| rho * (self.covariance[(k, k)] / covariance[(k, k)]).sqrt();
         let drive = self.drive.map(|(value, [a, b])| (value, [shrunk(0, a), shrunk(1, b)]));

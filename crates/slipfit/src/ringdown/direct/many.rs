@@ -1,7 +1,7 @@
 //! Quantities derived from fits, for many fits at a time.
 
 use super::amplitudes::AmplitudeFit;
-use crate::inference::evidence::one_sided;
+use crate::inference::evidence::one_sided_p_value;
 use crate::motion::decay::amplitude::sliding_gain;
 use crate::numeric::trig::{exp, fused, has_fused};
 use std::f64::consts::{FRAC_PI_2, SQRT_2, TAU};
@@ -28,7 +28,7 @@ impl AmplitudeFit {
         }
         let value = |fit: &Self| {
             let [rate, error] = fit.sliding_rate;
-            if rate > 0.0 { one_sided((rate / error).powi(2), freedom) } else { 1.0 }
+            if rate > 0.0 { one_sided_p_value((rate / error).powi(2), freedom) } else { 1.0 }
         };
         fits.iter().map(value).collect()
     }
