@@ -64,7 +64,7 @@ const MOST_CHOICES: usize = 400;
 const HANGS_AFTER_S: u32 = 30;
 const MOST_MEMORY_MB: u32 = 2048;
 /// What `--keep` stores of a target's corpus in the repository: number of inputs, and total bytes.
-const KEPT: (usize, u64) = (40, 32 << 10);
+const CORPUS_LIMITS: (usize, u64) = (40, 32 << 10);
 
 struct Options {
     minutes: f64,
@@ -268,9 +268,9 @@ impl Target<'_> {
         fs::create_dir_all(&kept)?;
         let mut total = 0;
         // Takes inputs of all lengths.
-        for (bytes, path) in files.iter().step_by(files.len().div_ceil(KEPT.0).max(1)) {
+        for (bytes, path) in files.iter().step_by(files.len().div_ceil(CORPUS_LIMITS.0).max(1)) {
             total += bytes;
-            if total > KEPT.1 {
+            if total > CORPUS_LIMITS.1 {
                 break;
             }
             fs::copy(path, kept.join(path.file_name().unwrap_or_default()))?;

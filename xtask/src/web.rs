@@ -14,7 +14,7 @@ pub(crate) const WASM: &str = "wasm32-unknown-unknown";
 /// Debian's compiler for the web, for machines without `rustup target add`.
 const DEBIAN: &str = "apt install rustc-web cargo-web rust-web-src lld-19";
 /// Files that are not part of the page.
-const LEFT_OUT: [&str; 7] = [
+const EXCLUDED: [&str; 7] = [
     "tests",
     "node_modules",
     "package.json",
@@ -36,7 +36,7 @@ const EXAMPLES: [&str; 5] = [
 /// Maximum compressed size of the first view: two seconds on a slow connection.
 pub(crate) const MOST_PACKED: u64 = 1_500_000;
 /// Packages without loops over samples: built for size, which saves 120 kB of download.
-const BUILT_SMALL: [&str; 10] = [
+const BUILT_FOR_SIZE: [&str; 10] = [
     "cfb",
     "encoding_rs",
     "owned_ttf_parser",
@@ -52,12 +52,12 @@ const BUILT_SMALL: [&str; 10] = [
 const WITHOUT_LOOPS: [&str; 2] = ["slipfit-report", "slipfit-wasm"];
 /// Packages that compute sums over samples: built with 128-bit SIMD, which every browser has. Building all packages
 /// this way would add 170 kB.
-const ON_LANES: [&str; 1] = ["slipfit"];
+const WITH_SIMD: [&str; 1] = ["slipfit"];
 /// Flags: SIMD loops, and pairs of numbers loaded together; the LLVM of this compiler crashes when it vectorises
 /// straight-line sums. Only the shortest functions are inlined: this saves 56 kB of download.
-const LANES: &str = r#"["-Ctarget-feature=+simd128", "-Cllvm-args=-slp-vectorize-hor=false", "-Cllvm-args=-inline-threshold=4"]"#;
+const SIMD_FLAGS: &str = r#"["-Ctarget-feature=+simd128", "-Cllvm-args=-slp-vectorize-hor=false", "-Cllvm-args=-inline-threshold=4"]"#;
 /// Module fetched with the first file that needs it, not with the page.
-const LATER: &str = "slipfit_wasm_formats";
+const FORMATS_MODULE: &str = "slipfit_wasm_formats";
 
 /// The built site.
 pub(crate) struct Site {
@@ -112,11 +112,11 @@ impl Toolchain {
         if matches!(self, Self::Debian) {
             build.arg("-Zbuild-std=std,panic_abort");
         }
-        for package in ON_LANES {
-            build.args(["--config", &format!("profile.release.package.{package}.rustflags={LANES}")]);
+        for package in WITH_SIMD {
+            build.args(["--config", &format!("profile.release.package.{package}.rustflags={SIMD_FLAGS}")]);
             build.args(["--config", &format!("profile.release.package.{package}.opt-level=2")]);
         }
-        for package in BUILT_SMALL {
+        for package in BUILT_FOR_SIZE {
             build.args(["--config", &format!("profile.release.package.{package}.opt-level=\"s\"")]);
         }
         for package in WITHOUT_LOOPS {
@@ -157,7 +157,7 @@ pub(crate) fn build(toolchain: &Toolchain) -> Result<Site, Failure> {
     let source = root().join("web");
     copy(&source, &folder)?;
     let glue = glue()?;
-    for (name, features) in [("slipfit_wasm", None), (LATER, Some("formats"))] {
+    for (name, features) in [("slipfit_wasm", None), (FORMATS_MODULE, Some("formats"))] {
         module(toolchain, &glue, &folder, name, features)?;
     }
     examples(&folder.join("examples"))?;
@@ -204,7 +204,7 @@ fn copy(from: &Path, to: &Path) -> Result<(), Failure> {
     for entry in std::fs::read_dir(from)? {
         let entry = entry?;
         let name = entry.file_name();
-        if LEFT_OUT.iter().any(|left_out| name == *left_out) {
+        if EXCLUDED.iter().any(|excluded| name == *excluded) {
             continue;
         }
         if entry.file_type()?.is_dir() {
@@ -261,7 +261,7 @@ fn first_view(folder: &Path) -> Result<Vec<String>, Failure> {
     collect(folder, "", &mut names)?;
     names.retain(|name| {
         let file = Path::new(name).file_name().and_then(OsStr::to_str).unwrap_or_default();
-        !file.starts_with(LATER) && file != "sw.js" && !file.starts_with("LICENSE")
+        !file.starts_with(FORMATS_MODULE) && file != "sw.js" && !file.starts_with("LICENSE")
     });
     names.sort();
     Ok(names)

@@ -1,30 +1,30 @@
 //! All checks that must pass before a change is accepted.
 
-mod beside;
 mod outcome;
+mod parallel;
 mod steps;
 
 use std::process::ExitCode;
 use std::time::Instant;
 
 use crate::Failure;
-use beside::Beside;
 use outcome::{Outcome, Profile, Row, Step};
+use parallel::ParallelSteps;
 
 /// Runs every step, or those whose names contain a text, regardless of earlier failures, and prints a table.
 pub(crate) fn run(arguments: &[String]) -> Result<ExitCode, Failure> {
     let begun = Instant::now();
     let rows: Vec<Row> = match arguments {
         [] => {
-            let beside = Beside::start()?;
+            let release_steps = ParallelSteps::start()?;
             let mut rows: Vec<Row> = of(Profile::Dev).map(take).collect();
-            rows.extend(beside.finish()?);
+            rows.extend(release_steps.finish()?);
             rows
         }
         [flag, text] if flag == "--only" => {
             steps::ALL.iter().filter(|step| step.name.contains(text.as_str())).map(take).collect()
         }
-        [flag, path] if flag == beside::FLAG => return beside::run(of(Profile::Release).map(take), path),
+        [flag, path] if flag == parallel::FLAG => return parallel::run(of(Profile::Release).map(take), path),
         _ => return Err("check takes nothing, or --only TEXT".into()),
     };
     if rows.is_empty() {

@@ -14,27 +14,27 @@ use crate::Failure;
 use crate::places::target;
 
 /// Flag that names the file to which the rows are written.
-pub(super) const FLAG: &str = "--beside";
+pub(super) const FLAG: &str = "--parallel";
 
 /// The process that runs these steps.
-pub(super) struct Beside {
+pub(super) struct ParallelSteps {
     process: Child,
     /// Output of the process and its commands.
     log: PathBuf,
     rows: PathBuf,
 }
 
-impl Beside {
-    pub(super) fn start() -> Result<Beside, Failure> {
+impl ParallelSteps {
+    pub(super) fn start() -> Result<ParallelSteps, Failure> {
         let folder = target()?.join("check");
         std::fs::create_dir_all(&folder)?;
-        let [log, rows] = ["beside.log", "beside.rows"].map(|name| folder.join(name));
+        let [log, rows] = ["parallel.log", "parallel.rows"].map(|name| folder.join(name));
         let _ = std::fs::remove_file(&rows);
         let out = File::create(&log)?;
         let mut again = Command::new(std::env::current_exe()?);
         again.args(["check", FLAG]).arg(&rows).stdout(out.try_clone()?).stderr(out);
-        eprintln!("steps that compile for users are taken beside the others: {}", log.display());
-        Ok(Beside { process: again.spawn()?, log, rows })
+        eprintln!("steps that compile for users run in parallel with the others: {}", log.display());
+        Ok(ParallelSteps { process: again.spawn()?, log, rows })
     }
 
     /// Waits for the process to end and prints its output.
@@ -42,12 +42,12 @@ impl Beside {
         let status = self.process.wait()?;
         std::io::copy(&mut File::open(&self.log)?, &mut std::io::stderr())?;
         let text = std::fs::read_to_string(&self.rows)
-            .map_err(|_| format!("the steps beside ended early: {status}"))?;
+            .map_err(|_| format!("the parallel steps ended early: {status}"))?;
         text.lines().map(|line| read(line).ok_or_else(|| format!("`{line}` is no row").into())).collect()
     }
 }
 
-impl Drop for Beside {
+impl Drop for ParallelSteps {
     /// Stops the process if a failure ends the check early; no effect after it has ended.
     fn drop(&mut self) {
         let _ = self.process.kill();

@@ -159,7 +159,7 @@ fn documentation_tests() -> Result<Outcome, Failure> {
 fn python_package() -> Result<Outcome, Failure> {
     let environment = target()?.join("venv-package");
     // Downloads run while the command is compiled.
-    let (programs, slipfit) = beside(|| python_of_the_package(&environment), slipfit);
+    let (programs, slipfit) = in_parallel(|| python_of_the_package(&environment), slipfit);
     let slipfit = slipfit?;
     let programs = match programs {
         Ok(programs) => programs,
@@ -190,7 +190,7 @@ fn python_package() -> Result<Outcome, Failure> {
         let options = ["slipfit._core", "--mypy-config-file", "pyproject.toml"];
         run(command(&python).args(["-m", "mypy.stubtest"]).args(options))
     };
-    let (types, stub) = beside(|| types().map_err(|failure| failure.to_string()), stub);
+    let (types, stub) = in_parallel(|| types().map_err(|failure| failure.to_string()), stub);
     types?;
     stub?;
     Ok(Outcome::passed())
@@ -207,7 +207,7 @@ fn python_of_the_package(environment: &Path) -> Result<PathBuf, String> {
 }
 
 /// Runs one task while another runs.
-fn beside<A: Send, B>(one: impl FnOnce() -> A + Send, other: impl FnOnce() -> B) -> (A, B) {
+fn in_parallel<A: Send, B>(one: impl FnOnce() -> A + Send, other: impl FnOnce() -> B) -> (A, B) {
     std::thread::scope(|scope| {
         let one = scope.spawn(one);
         let other = other();
@@ -250,7 +250,7 @@ fn page_in_a_browser() -> Result<Outcome, Failure> {
         npm.args(["ci", "--no-audit", "--no-fund", "--prefix"]).arg(&folder);
         succeeds(&mut npm)
     };
-    let (packages, site) = beside(packages, || web::build(&toolchain));
+    let (packages, site) = in_parallel(packages, || web::build(&toolchain));
     let site = site?;
     let size = format!("{} kB packed at the first view", site.packed / 1000);
     if site.packed > web::MOST_PACKED {
