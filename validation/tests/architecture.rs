@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// A top-level module uses only modules listed before it, here and in ARCHITECTURE.md.
-const ROOMS: [&str; 13] = [
+const MODULES: [&str; 13] = [
     "error",
     "numeric",
     "model",
@@ -212,14 +212,15 @@ fn expanded(path: &str) -> Vec<String> {
 }
 
 #[test]
-fn a_room_uses_only_rooms_before_it() {
+fn a_module_uses_only_modules_before_it() {
     let core = Modules::of("crates/slipfit");
-    let place = |room: &str| ROOMS.iter().position(|r| *r == room).unwrap_or_else(|| panic!("room {room}"));
+    let place =
+        |name: &str| MODULES.iter().position(|m| *m == name).unwrap_or_else(|| panic!("module {name}"));
     let mut backwards = Vec::new();
     for (module, needs) in core.needs() {
         for need in needs {
-            if let [room, ..] = &module[..]
-                && place(&need[0]) > place(room)
+            if let [top, ..] = &module[..]
+                && place(&need[0]) > place(top)
             {
                 backwards.push(format!("{} uses {}", module.join("/"), need.join("/")));
             }
@@ -229,14 +230,14 @@ fn a_room_uses_only_rooms_before_it() {
 }
 
 #[test]
-fn the_rooms_stand_in_the_same_order_in_the_architecture() {
+fn modules_are_listed_in_the_same_order_in_the_architecture() {
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../ARCHITECTURE.md");
     let text = std::fs::read_to_string(page).unwrap();
-    let (_, table) = text.split_once("## The core's rooms").unwrap();
+    let (_, table) = text.split_once("## Modules of the core").unwrap();
     let rows =
         table.lines().take_while(|line| !line.starts_with("## ")).filter_map(|line| line.strip_prefix("| `"));
-    let rooms: Vec<&str> = rows.filter_map(|row| row.split_once('`')).map(|(room, _)| room).collect();
-    assert_eq!(rooms, ROOMS);
+    let modules: Vec<&str> = rows.filter_map(|row| row.split_once('`')).map(|(name, _)| name).collect();
+    assert_eq!(modules, MODULES);
 }
 
 /// Modules that depend on themselves through other modules.
@@ -256,7 +257,7 @@ fn circular(needs: &BTreeMap<Module, BTreeSet<Module>>) -> Vec<String> {
 }
 
 #[test]
-fn no_file_leads_back_to_itself() {
+fn no_file_depends_on_itself() {
     let found: Vec<String> = CRATES
         .into_iter()
         .map(|folder| (folder, circular(&Modules::of(folder).needs())))

@@ -10,15 +10,15 @@ use slipfit_batch::{Number, Options, Signal as Column, fit_batch};
 use super::contest::{Contestant, Peer, Task, Timing, race};
 use super::report::{Row, three_digits};
 use super::signal::{Noise, Signal};
-use super::{Against, Bench, apart, faster, found_the_decay, words};
+use super::{Against, Bench, difference, faster, found_the_decay, words};
 use crate::Failure;
 
 const TRACES: usize = 262_144;
 const SAMPLES: i32 = 512;
 /// Required speed relative to `curve_fit` on one core.
-const FASTER: f64 = 700.0;
+const LEAST_SPEEDUP: f64 = 700.0;
 /// Allowed time in units of one sum over the same memory.
-const PASSES: f64 = 3.0;
+const MOST_PASSES: f64 = 3.0;
 
 impl Bench {
     pub(super) fn batches(&self) -> Result<Vec<Row>, Failure> {
@@ -40,13 +40,13 @@ impl Bench {
             let each = |timing: &Timing| Timing { seconds: timing.seconds / TRACES as f64, ..timing.clone() };
             let (own, sum) = (each(own), each(sum));
             let work = format!("fit, {TRACES} traces of {SAMPLES} {name}, one core, a trace");
-            let scipy = Against { peer: "SciPy `curve_fit`", at_least: Some(FASTER) };
-            rows.push(faster('p', &work, &own, &scipy, peer, apart(&signal, &own, peer)));
+            let scipy = Against { peer: "SciPy `curve_fit`", at_least: Some(LEAST_SPEEDUP) };
+            rows.push(faster('p', &work, &own, &scipy, peer, difference(&signal, &own, peer)));
             let memory = Against { peer: "a sum over their memory", at_least: None };
             let ratio = own.seconds / sum.seconds;
             rows.push(Row {
                 ratio: three_digits(ratio),
-                asked: Some((format!("≤ {PASSES:.0}"), ratio <= PASSES)),
+                asked: Some((format!("≤ {MOST_PASSES:.0}"), ratio <= MOST_PASSES)),
                 ..faster('p', &work, &own, &memory, &sum, None)
             });
         }
@@ -58,7 +58,7 @@ impl Bench {
 fn table<T>(signal: &Signal) -> Result<RecordBatch, Failure>
 where
     T: ArrowPrimitiveType,
-    T::Native: Single,
+    T::Native: FromDouble,
 {
     let mut noise = Noise::new(0x0ba7_c4e5);
     let mut values = Vec::with_capacity(TRACES * signal.values.len());
@@ -79,24 +79,24 @@ where
 }
 
 /// Conversion of a double to the element type, with loss of precision where necessary.
-trait Single {
+trait FromDouble {
     fn of(value: f64) -> Self;
 }
 
-impl Single for f64 {
+impl FromDouble for f64 {
     fn of(value: f64) -> Self {
         value
     }
 }
 
-impl Single for f32 {
+impl FromDouble for f32 {
     fn of(value: f64) -> Self {
         value as f32
     }
 }
 
 /// Runs work on one thread, because the peers use one.
-fn alone() -> Result<rayon::ThreadPool, Failure> {
+fn single_thread() -> Result<rayon::ThreadPool, Failure> {
     Ok(rayon::ThreadPoolBuilder::new().num_threads(1).build()?)
 }
 
@@ -104,7 +104,7 @@ fn fitted<'a>(table: &'a RecordBatch, signal: &Signal) -> Result<Task<'a>, Failu
     let interval = 1.0 / f64::from(SAMPLES);
     let mut options = Options::fit(Column::Amplitude("amplitude".into()), Number::Same(interval));
     options.frequency_hz = Some(Number::Same(signal.truth.frequency_hz));
-    let pool = alone()?;
+    let pool = single_thread()?;
     Ok(Task(Box::new(move || {
         let answer = pool.install(|| fit_batch(table, &options))?;
         let first = |name: &str| -> Result<f64, Failure> {

@@ -17,9 +17,9 @@ const FILES: usize = 1000;
 const FILES_PER_SECOND: f64 = 2500.0;
 
 /// A process that prints the duration of its work, without its start-up, on its last line.
-struct Told(Command);
+struct SelfTimed(Command);
 
-impl Contestant for Told {
+impl Contestant for SelfTimed {
     fn take(&mut self, _: usize) -> Result<Timing, Failure> {
         let output = self.0.output()?;
         let said = String::from_utf8_lossy(&output.stdout);
@@ -33,9 +33,9 @@ impl Contestant for Told {
 }
 
 /// A process that writes a table with one line per file.
-struct Tabled(Command, PathBuf);
+struct TableWriter(Command, PathBuf);
 
-impl Contestant for Tabled {
+impl Contestant for TableWriter {
     fn take(&mut self, _: usize) -> Result<Timing, Failure> {
         let begun = Instant::now();
         let output = self.0.output()?;
@@ -63,7 +63,7 @@ impl Bench {
                 polars.env("POLARS_MAX_THREADS", "1");
                 own.env("RAYON_NUM_THREADS", "1");
             }
-            let best = race(self.rounds, &mut [&mut Told(own), &mut Told(polars)])?;
+            let best = race(self.rounds, &mut [&mut SelfTimed(own), &mut SelfTimed(polars)])?;
             Ok((best[0].clone(), best[1].clone()))
         };
         let speed = |timing: &Timing| megabytes / timing.seconds;
@@ -130,7 +130,7 @@ impl Bench {
         let mut script = command(&self.python);
         script.arg(peer("many_files.py")).args(&paths);
         let rounds = self.rounds.min(2);
-        let best = race(rounds, &mut [&mut Tabled(slipfit, table), &mut Process(script)])?;
+        let best = race(rounds, &mut [&mut TableWriter(slipfit, table), &mut Process(script)])?;
         let against = Against { peer: "SciPy script, a process a core", at_least: Some(8.0) };
         let mut row = faster('o', "1000 files of 5 k rows, all cores", &best[0], &against, &best[1], None);
         let rate = |timing: &Timing| format!("{} files/s", three_digits(FILES as f64 / timing.seconds));

@@ -218,10 +218,10 @@ impl Bench {
     fn text_read(&self) -> Result<Vec<Row>, Failure> {
         let file = self.long_csv()?;
         let megabytes = std::fs::metadata(&file)?.len() as f64 / 1e6;
-        let own = alone(self.rounds, &mut ours::text_read(&file))?;
+        let own = time_alone(self.rounds, &mut ours::text_read(&file))?;
         // NumPy takes long enough for one turn to suffice.
         let data = file.to_string_lossy().into_owned();
-        let theirs = alone(0, &mut Peer::start(&self.python, "read_text.py", [data])?)?;
+        let theirs = time_alone(0, &mut Peer::start(&self.python, "read_text.py", [data])?)?;
         let speed = |timing: &Timing| megabytes / timing.seconds;
         let show = |timing: &Timing| format!("{} MB/s", three_digits(speed(timing)));
         Ok(vec![Row {
@@ -293,10 +293,9 @@ impl Bench {
         for (against, theirs) in against.iter().zip(theirs) {
             found_the_decay(signal, against.peer, theirs)?;
         }
-        let rows = against
-            .iter()
-            .zip(theirs)
-            .map(|(against, theirs)| faster(line, work, own, against, theirs, apart(signal, own, theirs)));
+        let rows = against.iter().zip(theirs).map(|(against, theirs)| {
+            faster(line, work, own, against, theirs, difference(signal, own, theirs))
+        });
         Ok((own.seconds, rows.collect()))
     }
 
@@ -323,7 +322,7 @@ fn words(first: &[&str], numbers: &[f64]) -> Vec<String> {
     first.iter().map(ToString::to_string).chain(numbers.iter().map(ToString::to_string)).collect()
 }
 
-fn alone(rounds: usize, contestant: &mut dyn Contestant) -> Result<Timing, Failure> {
+fn time_alone(rounds: usize, contestant: &mut dyn Contestant) -> Result<Timing, Failure> {
     let best = race(rounds, &mut [contestant])?;
     best.into_iter().next().ok_or_else(|| "nobody ran".into())
 }
@@ -368,7 +367,7 @@ fn found_the_decay(signal: &Signal, peer: &str, timing: &Timing) -> Result<(), F
 
 /// Difference of decay rate or of friction displacement, whichever is larger, in units of the peer's standard errors.
 /// The peer's estimates begin with A, C, delta.
-fn apart(signal: &Signal, own: &Timing, theirs: &Timing) -> Option<f64> {
+fn difference(signal: &Signal, own: &Timing, theirs: &Timing) -> Option<f64> {
     let &[_, c, delta, ..] = theirs.estimates.as_slice() else { return None };
     let &[_, c_error, delta_error, ..] = theirs.errors.as_slice() else { return None };
     let &[own_delta, own_x_f] = own.estimates.as_slice() else { return None };

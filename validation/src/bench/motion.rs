@@ -37,9 +37,9 @@ impl Bench {
     ) -> Result<Vec<Row>, Failure> {
         let best = race(self.rounds, &mut [&mut own as &mut dyn Contestant, &mut peer])?;
         let [ours, theirs] = &best[..] else { return Err("two contestants were expected".into()) };
-        let apart = apart(ours, theirs)?;
+        let difference = difference(ours, theirs)?;
         let mut row = faster(line, work, ours, &against, theirs, None);
-        row.apart = Some(format!("{apart:.0e}"));
+        row.apart = Some(format!("{difference:.0e}"));
         Ok(vec![row])
     }
 
@@ -108,8 +108,8 @@ impl Bench {
         let (o, drive, _) = driven()?;
         let driven = || Motion::new(&o, drive.clone(), 0.0, 0.0, 0.0);
         Ok(vec![
-            flat("an event of a free decay, after 1e7 of them", free)?,
-            flat("an event of driven stick-slip, after 1e7 of them", driven)?,
+            cost_growth("an event of a free decay, after 1e7 of them", free)?,
+            cost_growth("an event of driven stick-slip, after 1e7 of them", driven)?,
         ])
     }
 
@@ -145,7 +145,7 @@ impl Bench {
 /// Cost of an event at the end of a long run over that in the first hundred events.
 /// Medians over stretches of a hundred events are used: on a busy machine a long measurement would include the time
 /// of other processes.
-fn flat(work: &str, make: impl Fn() -> Result<Motion, slipfit::Error>) -> Result<Row, Failure> {
+fn cost_growth(work: &str, make: impl Fn() -> Result<Motion, slipfit::Error>) -> Result<Row, Failure> {
     const STRETCH: usize = 100;
     const STRETCHES: usize = 2000;
     const MANY: usize = 10_000_000;
@@ -195,7 +195,7 @@ fn driven() -> Result<(Oscillator, Drive, f64), Failure> {
 }
 
 /// Largest difference of the last positions; a peer that lost events would make the time ratio meaningless.
-fn apart(ours: &Timing, theirs: &Timing) -> Result<f64, Failure> {
+fn difference(ours: &Timing, theirs: &Timing) -> Result<f64, Failure> {
     let (Some([x, n]), Some([y, m])) = (ours.estimates.first_chunk(), theirs.estimates.first_chunk()) else {
         return Err("a position and a count were expected".into());
     };

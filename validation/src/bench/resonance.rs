@@ -87,7 +87,7 @@ impl Bench {
         let row = |peer: &'static str, at_least: Option<f64>, theirs: &Timing, apart: Option<f64>| {
             faster('l', work, ours, &Against { peer, at_least }, theirs, apart)
         };
-        let same = |peer: &str, theirs: &Timing| apart(&sweep, peer, ours, theirs).map(Some);
+        let same = |peer: &str, theirs: &Timing| difference(&sweep, peer, ours, theirs).map(Some);
         Ok(vec![
             row("SciPy `least_squares`", Some(100.0), scipy, same("least_squares", scipy)?),
             row("SciPy `curve_fit`", None, minpack, same("curve_fit", minpack)?),
@@ -98,7 +98,7 @@ impl Bench {
 
 /// The larger difference of decay rate and friction displacement, in the peer's standard errors; a peer that ended in
 /// another minimum would make the time ratio meaningless.
-fn apart(sweep: &Sweep, peer: &str, ours: &Timing, theirs: &Timing) -> Result<f64, Failure> {
+fn difference(sweep: &Sweep, peer: &str, ours: &Timing, theirs: &Timing) -> Result<f64, Failure> {
     let mut most = 0.0f64;
     for (k, truth) in sweep.truth.into_iter().enumerate() {
         let (value, error, own) = (theirs.estimates[k], theirs.errors[k], ours.estimates[k]);

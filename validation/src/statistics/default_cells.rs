@@ -26,7 +26,7 @@ pub(super) const FREQUENCY_HZ: f64 = 1.7;
 
 /// Recorded quantity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum What {
+pub(super) enum RecordedQuantity {
     /// The displacement.
     Displacement,
     /// The amplitude, from a detector whose noise has two quadratures (Rician).
@@ -41,7 +41,7 @@ pub(super) enum What {
 
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Cell {
-    pub(super) what: What,
+    pub(super) what: RecordedQuantity,
     pub(super) q: f64,
     pub(super) share: f64,
     pub(super) snr_db: f64,
@@ -54,7 +54,7 @@ pub(super) struct Cell {
 
 /// The cell to which disturbances and drag are added.
 pub(super) const USUAL: Cell = Cell {
-    what: What::Displacement,
+    what: RecordedQuantity::Displacement,
     q: 300.0,
     share: 0.0,
     snr_db: 40.0,
@@ -66,7 +66,7 @@ pub(super) const USUAL: Cell = Cell {
 
 impl Cell {
     /// Whether this quantity is recorded with white noise and without drag.
-    pub(super) fn plain(&self, what: What) -> bool {
+    pub(super) fn plain(&self, what: RecordedQuantity) -> bool {
         self.what == what && self.drag == 0.0 && self.nuisance == Nuisance::None
     }
 
@@ -92,7 +92,7 @@ pub(super) fn cells() -> Vec<Cell> {
             for snr_db in SNR_DB {
                 for decay_times in DECAY_TIMES {
                     cells.extend(SAMPLES_PER_CYCLE.map(|samples_per_cycle| Cell {
-                        what: What::Displacement,
+                        what: RecordedQuantity::Displacement,
                         q,
                         share,
                         snr_db,
@@ -125,7 +125,7 @@ pub(super) fn cells() -> Vec<Cell> {
             }
         }
     }
-    for what in [What::Velocity, What::Acceleration] {
+    for what in [RecordedQuantity::Velocity, RecordedQuantity::Acceleration] {
         for q in DERIVATIVE_Q {
             for share in DERIVATIVE_SHARE {
                 cells.extend(DERIVATIVE_SNR_DB.map(|snr_db| Cell { what, q, share, snr_db, ..USUAL }));
@@ -135,7 +135,7 @@ pub(super) fn cells() -> Vec<Cell> {
     for share in SHARE {
         for snr_db in SNR_DB {
             for decay_times in ENVELOPE_DECAY_TIMES {
-                for what in [What::Envelope, What::LockIn] {
+                for what in [RecordedQuantity::Envelope, RecordedQuantity::LockIn] {
                     cells.extend(ENVELOPE_SAMPLES_PER_CYCLE.map(|samples_per_cycle| Cell {
                         what,
                         q: 300.0,

@@ -20,7 +20,7 @@ use slipfit::resonance::{Answer, Curve, DriveAmplitude, Options, analyse};
 use super::choices::Choices;
 use super::disturbance::{Chain, DISTURBANCES, Disturbance, Motion, PROPORTIONAL};
 use super::measured_cells::{MeasuredCells, Scored};
-use super::scores::{self, Estimated, Outcome, Scores, True};
+use super::scores::{self, Estimated, Outcome, Scores, TrueValue};
 use super::trials::{coverage_error, seed};
 use crate::Failure;
 
@@ -144,13 +144,13 @@ impl Cell {
         if self.complex { "complex" } else { "amplitude" }
     }
 
-    fn truth(&self) -> [True; 3] {
+    fn truth(&self) -> [TrueValue; 3] {
         [
             (Parameter::DECAY_RATE, OMEGA_0 / (2.0 * self.q)),
             (Parameter::FRICTION_DISPLACEMENT, FRAC_PI_4 * self.beta * X_0),
             (Parameter::NaturalFrequency, OMEGA_0 / TAU),
         ]
-        .map(|(parameter, value)| True { parameter, value })
+        .map(|(parameter, value)| TrueValue { parameter, value })
     }
 
     fn sweep(self, number: u64) -> Option<Sweep> {
@@ -224,7 +224,7 @@ impl Sweep {
 
     fn outcome(&self, answer: &Answer) -> Outcome {
         let truth = self.cell.truth();
-        let estimate = |t: &True| answer.parameter(t.parameter).map(|q| Estimated::of(q, t.value));
+        let estimate = |t: &TrueValue| answer.parameter(t.parameter).map(|q| Estimated::of(q, t.value));
         // A warning that only names a fitted instrument term does not question the answer.
         let questions_answer = |w: &Warning| {
             !matches!(

@@ -21,11 +21,12 @@ use slipfit::{Oscillator, Parameter, Record, SignalKind};
 use super::bounds;
 use super::choices::Choices;
 use super::default_cells::{
-    Cell, DERIVATIVE_Q, DRAG, FREQUENCY_HZ, NUISANCE_Q, NUISANCE_SHARE, Q, REST_Q, SHARE, SNR_DB, What, cells,
+    Cell, DERIVATIVE_Q, DRAG, FREQUENCY_HZ, NUISANCE_Q, NUISANCE_SHARE, Q, REST_Q, RecordedQuantity, SHARE,
+    SNR_DB, cells,
 };
 use super::measured_cells::{MeasuredCells, Scored};
 use super::nuisances::{DISTURBANCES, Nuisance, SECOND_RELEASE};
-use super::scores::{Estimated, Outcome, Scores, True};
+use super::scores::{Estimated, Outcome, Scores, TrueValue};
 use super::trials::{coverage_error, mean_and_deviation, seed};
 use crate::Failure;
 
@@ -135,7 +136,7 @@ fn minima(rows: &[Row]) -> String {
         let above: usize = members().map(|r| r.scores.above_truth).sum();
         format!("{above} of {compared}")
     };
-    let plain = |r: &Row| r.cell.plain(What::Displacement);
+    let plain = |r: &Row| r.cell.plain(RecordedQuantity::Displacement);
     format!(
         "\n## The lowest minimum\n\nSum of squares of the reported motion over the samples of its window, above that of \
          the true motion: in {} records whose motion stops inside, in {} others.\n",
@@ -168,8 +169,11 @@ fn page(measured: &MeasuredCells<Row>, seeds: u64) -> String {
             let _ = writeln!(text, "| {name} | {} | {} |", members.len(), pooled(&members));
         }
     };
-    let recorded =
-        [(What::Displacement, "displacement"), (What::Envelope, "amplitudes"), (What::LockIn, "lock-in")];
+    let recorded = [
+        (RecordedQuantity::Displacement, "displacement"),
+        (RecordedQuantity::Envelope, "amplitudes"),
+        (RecordedQuantity::LockIn, "lock-in"),
+    ];
     for (what, name) in recorded {
         group(name.to_owned(), &|c| c.plain(what));
         for share in SHARE {
@@ -183,9 +187,13 @@ fn page(measured: &MeasuredCells<Row>, seeds: u64) -> String {
         }
     }
     for q in REST_Q {
-        group(format!("stops after some swings, Q {q}"), &|c| c.plain(What::Displacement) && c.q == q);
+        group(format!("stops after some swings, Q {q}"), &|c| {
+            c.plain(RecordedQuantity::Displacement) && c.q == q
+        });
     }
-    for (what, name) in [(What::Velocity, "velocity"), (What::Acceleration, "acceleration")] {
+    for (what, name) in
+        [(RecordedQuantity::Velocity, "velocity"), (RecordedQuantity::Acceleration, "acceleration")]
+    {
         for q in DERIVATIVE_Q {
             group(format!("{name}, Q {q}"), &|c| c.plain(what) && c.q == q);
         }
@@ -239,19 +247,19 @@ impl Cell {
         let time: Vec<f64> = (0..count).map(|i| i as f64 / rate).collect();
         let mut clean = vec![0.0; count];
         match self.what {
-            What::Displacement if self.drag == 0.0 => exact.fill(&time, &mut clean).ok()?,
+            RecordedQuantity::Displacement if self.drag == 0.0 => exact.fill(&time, &mut clean).ok()?,
             // Divided by `omega_0` or its square, so that the amplitude is 1 here too.
-            What::Velocity | What::Acceleration => {
+            RecordedQuantity::Velocity | RecordedQuantity::Acceleration => {
                 for (y, &t) in clean.iter_mut().zip(&time) {
                     let (x, v) = exact.state(t);
                     *y = match self.what {
                         _ if v == 0.0 && t > 0.0 => 0.0,
-                        What::Velocity => v / omega_0,
+                        RecordedQuantity::Velocity => v / omega_0,
                         _ => -(x + x_f * v.signum()) - 2.0 * delta * v / omega_0.powi(2),
                     };
                 }
             }
-            What::Displacement => {
+            RecordedQuantity::Displacement => {
                 let coefficient = drag * 3.0 * PI / (4.0 * omega_0.powi(3));
                 let law = smooth::drag(coefficient).ok()?;
                 let mut motion = SmoothMotion::new(&oscillator, law, Drive::none(), 0.0, 1.0, 0.0).ok()?;
@@ -259,28 +267,34 @@ impl Cell {
                     *x = motion.state_at(t).ok()?.position;
                 }
             }
-            What::Envelope | What::LockIn => {
+            RecordedQuantity::Envelope | RecordedQuantity::LockIn => {
                 clean = time.iter().map(|&t| law.amplitude(t).max(0.0)).collect()
             }
         }
         let sigma = 10f64.powf(-self.snr_db / 20.0);
         let stop = match self.what {
-            What::Displacement | What::Velocity | What::Acceleration => {
+            RecordedQuantity::Displacement | RecordedQuantity::Velocity | RecordedQuantity::Acceleration => {
                 exact.stop().map_or(f64::INFINITY, |s| s.time_s)
             }
-            What::Envelope | What::LockIn => law.stop_time_s().unwrap_or(f64::INFINITY),
+            RecordedQuantity::Envelope | RecordedQuantity::LockIn => {
+                law.stop_time_s().unwrap_or(f64::INFINITY)
+            }
         };
         let moving: Vec<f64> = time.iter().copied().filter(|t| *t <= stop).collect();
         let bound = match self.what {
             _ if self.drag > 0.0 || self.nuisance != Nuisance::None => [f64::NAN; 2],
-            What::Displacement => bounds::of_motion([1.0, delta, x_f, 0.0, omega_0, 0.0], &moving, sigma),
-            What::LockIn => bounds::of_amplitudes(&oscillator, 1.0, &moving, sigma),
+            RecordedQuantity::Displacement => {
+                bounds::of_motion([1.0, delta, x_f, 0.0, omega_0, 0.0], &moving, sigma)
+            }
+            RecordedQuantity::LockIn => bounds::of_amplitudes(&oscillator, 1.0, &moving, sigma),
             // Rician: near the noise level the information is not that of a normal distribution.
-            What::Envelope | What::Velocity | What::Acceleration => [f64::NAN; 2],
+            RecordedQuantity::Envelope | RecordedQuantity::Velocity | RecordedQuantity::Acceleration => {
+                [f64::NAN; 2]
+            }
         };
         let again = FreeDecay::from_rest(&oscillator, SECOND_RELEASE).ok()?;
         let second = || time.iter().map(|t| again.displacement(*t)).collect();
-        let (before, clean) = self.nuisance.surrounded(clean, second);
+        let (before, clean) = self.nuisance.with_surroundings(clean, second);
         let time = (0..clean.len()).map(|i| (i as f64 - before as f64) / rate).collect();
         Some(Decay { cell: self, time, clean, sigma, oscillator, exact, law, bound })
     }
@@ -293,12 +307,12 @@ impl Decay {
     }
 
     /// True values for a window that begins at `start_s`.
-    fn truth(&self, start_s: f64) -> [True; 4] {
+    fn truth(&self, start_s: f64) -> [TrueValue; 4] {
         let (delta, x_f) = (self.oscillator.decay_rate_per_s(), self.oscillator.friction_displacement());
         let omega_0 = TAU * FREQUENCY_HZ;
         let x_f_recorded = match self.cell.what {
-            What::Velocity => x_f / omega_0,
-            What::Acceleration => x_f / omega_0.powi(2),
+            RecordedQuantity::Velocity => x_f / omega_0,
+            RecordedQuantity::Acceleration => x_f / omega_0.powi(2),
             _ => x_f,
         };
         let offset = self.oscillator.decay_offset();
@@ -315,13 +329,15 @@ impl Decay {
         let pulled = self.oscillator.omega_d() / omega_0;
         let amplitude = amplitude
             * match self.cell.what {
-                What::Velocity => pulled,
-                What::Acceleration => pulled * pulled,
+                RecordedQuantity::Velocity => pulled,
+                RecordedQuantity::Acceleration => pulled * pulled,
                 _ => 1.0,
             };
         let frequency = match self.cell.what {
-            What::Displacement | What::Velocity | What::Acceleration => self.oscillator.omega_d() / TAU,
-            What::Envelope | What::LockIn => FREQUENCY_HZ,
+            RecordedQuantity::Displacement | RecordedQuantity::Velocity | RecordedQuantity::Acceleration => {
+                self.oscillator.omega_d() / TAU
+            }
+            RecordedQuantity::Envelope | RecordedQuantity::LockIn => FREQUENCY_HZ,
         };
         [
             (Parameter::DECAY_RATE, delta),
@@ -329,7 +345,7 @@ impl Decay {
             (Parameter::Frequency, frequency),
             (Parameter::InitialAmplitude, amplitude),
         ]
-        .map(|(parameter, value)| True { parameter, value })
+        .map(|(parameter, value)| TrueValue { parameter, value })
     }
 
     /// The motion with a phase added and its amplitude unchanged.
@@ -368,16 +384,16 @@ impl Decay {
         let mut rng = ChaCha8Rng::seed_from_u64(number.wrapping_mul(0x9E37_79B9) ^ own);
         let mut quadrature = Vec::new();
         let signal: Vec<f64> = match what {
-            What::Displacement | What::Velocity | What::Acceleration => {
+            RecordedQuantity::Displacement | RecordedQuantity::Velocity | RecordedQuantity::Acceleration => {
                 let wandering = nuisance.phase(self.time.len(), &mut rng).map(|phase| self.along(&phase));
                 let motion = wandering.as_ref().unwrap_or(&self.clean);
                 nuisance.recorded(&self.time, motion, self.sigma, &mut rng)
             }
-            What::Envelope => {
+            RecordedQuantity::Envelope => {
                 let mut noise = || self.sigma * rng.sample::<f64, _>(StandardNormal);
                 self.clean.iter().map(|x| (x + noise()).hypot(noise())).collect()
             }
-            What::LockIn => {
+            RecordedQuantity::LockIn => {
                 let turned = |phase: f64, rng: &mut ChaCha8Rng| {
                     let rate = DETUNING_RAD * self.oscillator.decay_rate_per_s();
                     let at = |(x, t): (&f64, &f64)| {
@@ -391,20 +407,22 @@ impl Decay {
             }
         };
         let mut options = Options::default();
-        if matches!(what, What::Envelope | What::LockIn) {
+        if matches!(what, RecordedQuantity::Envelope | RecordedQuantity::LockIn) {
             options.frequency_hz = Some(FREQUENCY_HZ);
         }
         let time = self.time.clone();
         let record = match what {
-            What::Displacement => Record::new(time, signal),
-            What::Velocity => {
+            RecordedQuantity::Displacement => Record::new(time, signal),
+            RecordedQuantity::Velocity => {
                 Record::new(time, signal).map(|r| r.with_kind(SignalKind::Velocity).with_unit("m/s"))
             }
-            What::Acceleration => {
+            RecordedQuantity::Acceleration => {
                 Record::new(time, signal).map(|r| r.with_kind(SignalKind::Acceleration).with_unit("m/s^2"))
             }
-            What::Envelope => Record::new(time, signal).map(|r| r.with_kind(SignalKind::Envelope)),
-            What::LockIn => Record::lock_in(time, signal, quadrature),
+            RecordedQuantity::Envelope => {
+                Record::new(time, signal).map(|r| r.with_kind(SignalKind::Envelope))
+            }
+            RecordedQuantity::LockIn => Record::lock_in(time, signal, quadrature),
         };
         let answered = record.and_then(|record| analyse(&record, &options).map(|answer| (record, answer)));
         let Ok((record, answer)) = answered else { return Outcome::default() };
@@ -425,7 +443,7 @@ impl Decay {
     /// Sum of squares of the reported motion over its window minus that of the true motion, over the variance of the
     /// noise; `None` if the samples are not a displacement or their noise is not white.
     fn above_truth(&self, record: &Record, answer: &Answer) -> Option<f64> {
-        if !self.cell.plain(What::Displacement) || answer.diagnostics.method != "waveform" {
+        if !self.cell.plain(RecordedQuantity::Displacement) || answer.diagnostics.method != "waveform" {
             return None;
         }
         let [from, to] = answer.fit.range_s();

@@ -18,7 +18,7 @@ use slipfit::motion::steady::Phasor;
 use super::choices::Choices;
 use super::disturbance::{Disturbance, Motion};
 use super::measured_cells::{MeasuredCells, Scored};
-use super::scores::{self, Estimated, Outcome, Scores, True};
+use super::scores::{self, Estimated, Outcome, Scores, TrueValue};
 use super::trials::{coverage_error, seed};
 use crate::Failure;
 
@@ -141,9 +141,9 @@ impl Cell {
     }
 
     /// Slope without friction at the frequency of the drive, and the threshold.
-    fn truth(&self) -> [True; 2] {
+    fn truth(&self) -> [TrueValue; 2] {
         [(Parameter::Slope, Q / 1f64.hypot(self.detuning())), (Parameter::Threshold, self.threshold * TOP)]
-            .map(|(parameter, value)| True { parameter, value })
+            .map(|(parameter, value)| TrueValue { parameter, value })
     }
 
     fn series(self, number: u64) -> Series {
@@ -206,7 +206,7 @@ impl Series {
     }
 
     fn outcome(&self, answer: &Answer) -> Outcome {
-        let estimate = |t: &True| answer.parameter(t.parameter).map(|q| Estimated::of(q, t.value));
+        let estimate = |t: &TrueValue| answer.parameter(t.parameter).map(|q| Estimated::of(q, t.value));
         let is_bend = |w: &Warning| matches!(w, Warning::NotStraight { .. });
         // A warning that the threshold was extrapolated does not question the answer.
         let questions_answer = |w: &Warning| !matches!(w, Warning::ThresholdExtrapolated { .. });

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 /// Factor by which the number of trials is raised for a cell that misses.
-const MORE: u64 = 10;
+const REPEAT_FACTOR: u64 = 10;
 
 /// A cell with the scores of its trials.
 pub(super) trait Scored {
@@ -26,7 +26,7 @@ impl<R: Scored> MeasuredCells<R> {
     pub(super) fn measure(&mut self, trials: u64, measured: impl Fn(Range<u64>) -> R) {
         let row = measured(0..trials);
         if row.misses() {
-            self.again.push(measured(trials..(1 + MORE) * trials));
+            self.again.push(measured(trials..(1 + REPEAT_FACTOR) * trials));
         }
         self.rows.push(row);
     }
@@ -36,7 +36,7 @@ impl<R: Scored> MeasuredCells<R> {
     pub(super) fn misses(&self, demand: &str, trials: &str, table: impl Fn(&[&R]) -> String) -> String {
         let (missing, by_chance): (Vec<&R>, Vec<&R>) = self.again.iter().partition(|row| row.misses());
         format!(
-            "\n## Cells that miss\n\n{} of {} cells {demand} were measured again on {MORE} times as many other {trials}, \
+            "\n## Cells that miss\n\n{} of {} cells {demand} were measured again on {REPEAT_FACTOR} times as many other {trials}, \
              by which {} still miss:\n\n{}\nand {} do not:\n\n{}",
             self.again.len(),
             self.rows.len(),

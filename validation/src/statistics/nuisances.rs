@@ -86,7 +86,11 @@ impl Nuisance {
 
     /// The motion with the samples recorded before and after it, and the number of samples before it; `second` is the
     /// motion after the second release.
-    pub(super) fn surrounded(self, motion: Vec<f64>, second: impl FnOnce() -> Vec<f64>) -> (usize, Vec<f64>) {
+    pub(super) fn with_surroundings(
+        self,
+        motion: Vec<f64>,
+        second: impl FnOnce() -> Vec<f64>,
+    ) -> (usize, Vec<f64>) {
         match self {
             Self::Held => {
                 let held = vec![motion[0]; motion.len() / 2];

@@ -16,7 +16,7 @@ use slipfit::resonance::{Curve, DriveAmplitude, Options, analyse};
 use super::bounds::cramer_rao;
 use super::choices::Choices;
 use super::trials::{
-    COLUMNS, Experiment, Summary, Trial, Truth, WITHIN_CHANCE, Wanted, coverage_error, seed, trials,
+    COLUMNS, Experiment, Requirements, Summary, Trial, Truth, WITHIN_CHANCE, coverage_error, seed, trials,
 };
 use crate::Failure;
 
@@ -31,7 +31,7 @@ const NOISE: f64 = 10e-4 * 3.162_277_660_168_38;
 /// Extent of the window on either side, in widths of the line.
 const WINDOW: f64 = 4.0;
 /// Of about 1700 figures many miss by chance: those cells are repeated with this many times more trials.
-const AGAIN: u64 = 5;
+const REPEAT_FACTOR: u64 = 5;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Drive {
@@ -91,7 +91,7 @@ pub(super) fn run(choices: Choices) -> Result<ExitCode, Failure> {
         };
         let mut row = sweep.row(&trials(&sweep, 0..choices.seeds));
         if !row.misses().is_empty() {
-            row = sweep.row(&trials(&sweep, choices.seeds..choices.seeds * (1 + AGAIN)));
+            row = sweep.row(&trials(&sweep, choices.seeds..choices.seeds * (1 + REPEAT_FACTOR)));
         }
         let (line, bound) = (row.summary.line(), row.relative_bound);
         eprintln!("{:52} {line}, bound {bound:.1e}, {:.1?}", cell.name(), begun.elapsed());
@@ -261,14 +261,14 @@ impl Experiment for Sweep {
 
 impl Row {
     fn misses(&self) -> Vec<String> {
-        self.summary.misses(&Wanted::of_white_noise(self.cell.beta > 0.0))
+        self.summary.misses(&Requirements::of_white_noise(self.cell.beta > 0.0))
     }
 }
 
 fn page(rows: &[Row], seeds: u64) -> String {
     let mut text = format!(
         "# Bias, spread and coverage of resonance curves\n\nMade by `cargo xtask statistics --resonance --write`, \
-         {seeds} repeats a cell; a cell that misses anything is run again with {AGAIN} times as many other repeats, \
+         {seeds} repeats a cell; a cell that misses anything is run again with {REPEAT_FACTOR} times as many other repeats, \
          whose figures replace the first (*repeats*). Exact curves (stops included), {WINDOW} widths of the line \
          either side, white noise in both quadratures 50 dB below the peak; amplitudes are the modulus of the noisy \
          response. The whole analysis runs on each curve; its only options are the model (viscous+sliding) and the \

@@ -16,7 +16,7 @@ use slipfit::{Oscillator, Record};
 use super::bounds::of_motion;
 use super::choices::Choices;
 use super::hardening::hardening;
-use super::trials::{COLUMNS, Experiment, Summary, Trial, Truth, Wanted, coverage_error, seed, trials};
+use super::trials::{COLUMNS, Experiment, Requirements, Summary, Trial, Truth, coverage_error, seed, trials};
 use crate::Failure;
 
 const Q: [f64; 4] = [5.0, 50.0, 1_000.0, 20_000.0];
@@ -123,11 +123,11 @@ impl Cell {
         format!("Q={} share={} snr={} {}", self.q, self.share, self.snr_db, self.nuisance.name())
     }
 
-    fn wanted(&self) -> Wanted {
+    fn requirements(&self) -> Requirements {
         if self.nuisance == Nuisance::None {
-            Wanted::of_white_noise(self.share > 0.0)
+            Requirements::of_white_noise(self.share > 0.0)
         } else {
-            Wanted { bias_and_spread: false, coverage: 0.9..=1.0, no_sliding: false }
+            Requirements { bias_and_spread: false, coverage: 0.9..=1.0, no_sliding: false }
         }
     }
 
@@ -252,7 +252,7 @@ fn page(rows: &[(Cell, Option<(Decay, Summary)>)], seeds: u64) -> String {
                     decay.time[decay.time.len() - 1],
                     summary.columns(),
                     100.0 * summary.detected,
-                    summary.misses(&cell.wanted()).join(", ")
+                    summary.misses(&cell.requirements()).join(", ")
                 )
             },
         );

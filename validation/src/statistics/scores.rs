@@ -7,7 +7,7 @@ use slipfit::{Parameter, Quantity};
 
 /// A parameter with its true value.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct True {
+pub(super) struct TrueValue {
     pub(super) parameter: Parameter,
     pub(super) value: f64,
 }
@@ -15,7 +15,7 @@ pub(super) struct True {
 /// Outcome of one measurement.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Outcome {
-    /// One per [`True`]; `None` if the analysis refused.
+    /// One per [`TrueValue`]; `None` if the analysis refused.
     pub(super) estimates: Option<Vec<Estimated>>,
     pub(super) warned: bool,
     pub(super) sliding_detected: bool,
@@ -81,7 +81,7 @@ pub(super) struct Scores {
 const ABOVE_TRUTH: f64 = 1e-2;
 
 impl Scores {
-    pub(super) fn of(outcomes: &[Outcome], truth: &[True]) -> Self {
+    pub(super) fn of(outcomes: &[Outcome], truth: &[TrueValue]) -> Self {
         let n = outcomes.len() as f64;
         let answered: Vec<&Vec<Estimated>> = outcomes.iter().filter_map(|o| o.estimates.as_ref()).collect();
         let mean = |f: &dyn Fn(&Vec<Estimated>) -> f64| {

@@ -97,14 +97,14 @@ pub(super) struct Summary {
 
 /// Requirements on an experiment.
 #[derive(Debug, Clone)]
-pub(super) struct Wanted {
+pub(super) struct Requirements {
     pub(super) bias_and_spread: bool,
     pub(super) coverage: RangeInclusive<f64>,
     /// There is no sliding friction, so none may be detected.
     pub(super) no_sliding: bool,
 }
 
-impl Wanted {
+impl Requirements {
     /// Requirements under white noise alone.
     pub(super) fn of_white_noise(sliding: bool) -> Self {
         Self { bias_and_spread: true, coverage: 0.93..=0.97, no_sliding: !sliding }
@@ -137,23 +137,24 @@ impl Summary {
     }
 
     /// All requirements that are not met.
-    pub(super) fn misses(&self, wanted: &Wanted) -> Vec<String> {
+    pub(super) fn misses(&self, requirements: &Requirements) -> Vec<String> {
         let mut misses = Vec::new();
         for (name, figures) in ["δ", "x_F"].into_iter().zip(self.figures) {
-            if wanted.bias_and_spread && figures.bias.abs() > 0.15 {
+            if requirements.bias_and_spread && figures.bias.abs() > 0.15 {
                 misses.push(format!("{name} bias"));
             }
-            if wanted.bias_and_spread && figures.spread > 1.10 {
+            if requirements.bias_and_spread && figures.spread > 1.10 {
                 misses.push(format!("{name} spread"));
             }
-            if !wanted.coverage.contains(&figures.coverage) {
+            if !requirements.coverage.contains(&figures.coverage) {
                 let chance = coverage_error(self.trials);
-                let (low, high) = (wanted.coverage.start() - chance, wanted.coverage.end() + chance);
+                let (low, high) =
+                    (requirements.coverage.start() - chance, requirements.coverage.end() + chance);
                 let within = (low..=high).contains(&figures.coverage);
                 misses.push(format!("{name} coverage {}", if within { WITHIN_CHANCE } else { "" }));
             }
         }
-        if wanted.no_sliding && self.detected > 0.05 {
+        if requirements.no_sliding && self.detected > 0.05 {
             misses.push("sliding claimed".into());
         }
         if self.refused > 0 {
@@ -218,7 +219,7 @@ mod tests {
         let summary = |covered: usize| {
             let trials: Vec<Trial> =
                 (0..100).map(|i| estimate(f64::from(i % 2) - 0.5, (i as usize) < covered)).collect();
-            Summary::of(&trials, &truth).misses(&Wanted::of_white_noise(true)).join(", ")
+            Summary::of(&trials, &truth).misses(&Requirements::of_white_noise(true)).join(", ")
         };
         assert_eq!(summary(95), "");
         assert_eq!(summary(92), "δ coverage (within chance), x_F coverage (within chance)");
