@@ -299,7 +299,7 @@ impl Lanes {
             }
         }
         if at.amplitude_dependent && at.method != Method::Leading {
-            self.to_total_derivatives(at, points, &own);
+            self.convert_to_total_derivatives(at, points, &own);
         }
         if !all_closed {
             for k in 0..points.count {
@@ -535,7 +535,7 @@ impl Lanes {
 
     /// Converts derivatives at fixed amplitudes to total derivatives, with the amplitudes changing.
     #[inline(always)]
-    fn to_total_derivatives(&mut self, at: &ModelResponse, points: &Points, own: &OwnAmplitudes) {
+    fn convert_to_total_derivatives(&mut self, at: &ModelResponse, points: &Points, own: &OwnAmplitudes) {
         let over_centre = 1.0 / at.centre;
         for k in 0..PIECE {
             let r = own.r[k];
