@@ -354,7 +354,7 @@ pub enum OptionProblem {
     NoSuchTable(String),
     /// A table or run number greater than the number of tables side by side or of runs.
     #[error("the file has {0}")]
-    OnlySo(usize),
+    NumberTooLarge(usize),
     /// A unit that is not known for this column; holds the known units.
     #[error("not a known unit")]
     UnknownUnit(&'static str),

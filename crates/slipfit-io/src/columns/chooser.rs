@@ -15,7 +15,7 @@ use crate::{
 
 /// A column that will be read.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Picked {
+pub(crate) struct ChosenColumn {
     pub(crate) index: usize,
     /// Unit assumed for its numbers.
     pub(crate) unit: String,
@@ -23,7 +23,7 @@ pub(crate) struct Picked {
     pub(crate) why: String,
 }
 
-impl Picked {
+impl ChosenColumn {
     /// The column in the form used by the report.
     pub(crate) fn taken(&self, head: &Head) -> ColumnTaken {
         ColumnTaken { column: head.info(self.index), unit: self.unit.clone(), why: self.why.clone() }
@@ -35,7 +35,7 @@ impl Picked {
 pub(crate) struct Fraction {
     pub(crate) index: usize,
     /// Number of its units per second.
-    pub(crate) a_second: f64,
+    pub(crate) per_second: f64,
 }
 
 /// State of the choice of columns of a table.
@@ -108,9 +108,9 @@ impl<'a> Chooser<'a> {
         wanted.as_ref().map(|wanted| self.head.find(option, wanted, &self.near)).transpose()
     }
 
-    pub(crate) fn picked(&self, index: usize, why: &str) -> Picked {
+    pub(crate) fn choose_column(&self, index: usize, why: &str) -> ChosenColumn {
         let unit = self.head.names[index].unit.clone();
-        Picked { index, unit, why: format!("{}: {why}", self.label(index)) }
+        ChosenColumn { index, unit, why: format!("{}: {why}", self.label(index)) }
     }
 
     pub(crate) fn finite(&self, index: usize) -> impl Iterator<Item = f64> + '_ {
@@ -172,7 +172,7 @@ pub(super) fn numbered(
         number => Err(ReadProblem::Option {
             option,
             value: number.to_string(),
-            problem: OptionProblem::OnlySo(found),
+            problem: OptionProblem::NumberTooLarge(found),
         }),
     }
 }

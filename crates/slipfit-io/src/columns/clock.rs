@@ -1,7 +1,7 @@
 //! Choice of the times of the rows.
 
 use super::{
-    chooser::{Chooser, Picked},
+    chooser::{Chooser, ChosenColumn},
     name, named,
     role::Role,
     units::{self, Measures, Seconds},
@@ -14,18 +14,18 @@ use crate::{
 /// Source of the times.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Time {
-    Column(Picked, Seconds),
+    Column(ChosenColumn, Seconds),
     /// Times since the previous row.
-    Intervals(Picked, Seconds),
+    Intervals(ChosenColumn, Seconds),
     /// A sampling rate (Hz).
     Rate(f64),
 }
 
 impl Time {
     /// The column of times, if there is one.
-    pub(crate) fn column(&self) -> Option<&Picked> {
+    pub(crate) fn column(&self) -> Option<&ChosenColumn> {
         match self {
-            Self::Column(picked, _) | Self::Intervals(picked, _) => Some(picked),
+            Self::Column(chosen, _) | Self::Intervals(chosen, _) => Some(chosen),
             Self::Rate(_) => None,
         }
     }
@@ -39,7 +39,7 @@ fn epoch(time: f64) -> Option<(&'static str, Seconds)> {
         (1e6, "us", Seconds::Over(1e6)),
         (1e9, "ns", Seconds::Over(1e9)),
     ];
-    let within = |&(a_second, ..): &(f64, &str, Seconds)| (1e9..1e10).contains(&(time / a_second));
+    let within = |&(per_second, ..): &(f64, &str, Seconds)| (1e9..1e10).contains(&(time / per_second));
     UNITS.into_iter().find(within).map(|(_, unit, seconds)| (unit, seconds))
 }
 
@@ -158,10 +158,10 @@ impl Chooser<'_> {
         const WITHIN: f64 = 0.005;
         let rate_hz = self.named_rate_hz()?;
         let decades = (rate_hz * mean_step).log10();
-        let a_second = 10f64.powi(decades.round() as i32);
+        let per_second = 10f64.powi(decades.round() as i32);
         let by_rate = (decades - decades.round()).abs() < WITHIN && decades.round() >= 1.0;
-        let seconds = Seconds::Over(a_second);
-        (by_rate && seconds != guess).then(|| (rate_hz, format!("1/{a_second} s"), seconds))
+        let seconds = Seconds::Over(per_second);
+        (by_rate && seconds != guess).then(|| (rate_hz, format!("1/{per_second} s"), seconds))
     }
 
     /// Whether a column holds the time steps between rows.
@@ -194,8 +194,8 @@ impl Chooser<'_> {
             },
             None => self.time_unit(index, interval)?,
         };
-        let picked = Picked { unit, ..self.picked(index, why) };
-        Ok(if interval { Time::Intervals(picked, seconds) } else { Time::Column(picked, seconds) })
+        let chosen = ChosenColumn { unit, ..self.choose_column(index, why) };
+        Ok(if interval { Time::Intervals(chosen, seconds) } else { Time::Column(chosen, seconds) })
     }
 
     /// Unit of the times, from their header or their numbers.

@@ -14,7 +14,7 @@ mod criteria {
     /// Rms of a block relative to the greatest, above which the motion has not yet decayed.
     pub(super) const FULL: f64 = 0.8;
     /// Minimum share of blocks between these limits in a decaying column, excluding its edges.
-    pub(super) const GRADUAL: f64 = 0.1;
+    pub(super) const LEAST_DECAYING_SHARE: f64 = 0.1;
     /// Correlation of successive samples, below which a column or a block is noise.
     pub(super) const SMOOTH: f64 = 0.3;
     /// Minimum number of mean crossings in the moving part of a column for cutting off the rest.
@@ -28,7 +28,8 @@ mod criteria {
     pub(super) const OTHER_ROWS: usize = 50;
 }
 use criteria::{
-    BLOCK_CROSSINGS, BLOCKS, FULL, GRADUAL, MOTION_CROSSINGS, OTHER_ROWS, REST, SMOOTH, SQUARE, STRAY_ROWS,
+    BLOCK_CROSSINGS, BLOCKS, FULL, LEAST_DECAYING_SHARE, MOTION_CROSSINGS, OTHER_ROWS, REST, SMOOTH, SQUARE,
+    STRAY_ROWS,
 };
 
 /// Numerical properties of a column; gaps are NaN.
@@ -49,9 +50,9 @@ pub(super) struct Content {
     pub(super) least: f64,
     pub(super) greatest: f64,
     /// Greatest rms about the mean in any block.
-    pub(super) swing: f64,
+    pub(super) greatest_rms: f64,
     /// Share of blocks of the motion that are not noise and lie between rest and full swing, excluding its edges.
-    pub(super) gradual: f64,
+    pub(super) decaying_share: f64,
     /// Correlation of successive samples of the motion.
     pub(super) smoothness: f64,
     /// Whether the values, except the first, scatter little about a positive mean.
@@ -83,8 +84,12 @@ impl Content {
             },
             least: values.iter().copied().fold(f64::INFINITY, f64::min),
             greatest: values.iter().copied().fold(f64::NEG_INFINITY, f64::max),
-            swing: if whole_moves { greatest_rms(&blocks_of_motion) } else { greatest_rms(&blocks(&values)) },
-            gradual: gradual(&blocks_of_motion, rest > 0),
+            greatest_rms: if whole_moves {
+                greatest_rms(&blocks_of_motion)
+            } else {
+                greatest_rms(&blocks(&values))
+            },
+            decaying_share: decaying_share(&blocks_of_motion, rest > 0),
             smoothness: smoothness(motion),
             steady_positive: steady_positive(&values),
         }
@@ -103,7 +108,7 @@ impl Content {
 
     /// Whether the numbers oscillate and decay gradually.
     pub(super) fn is_ringing(&self) -> bool {
-        self.gradual >= GRADUAL && self.smoothness >= SMOOTH
+        self.decaying_share >= LEAST_DECAYING_SHARE && self.smoothness >= SMOOTH
     }
 }
 
@@ -114,10 +119,10 @@ fn stray_rows(values: &[f64]) -> usize {
     else {
         return 0;
     };
-    let is_odd = |pair: &[f64]| pair[0].fract() != 0.0 || pair[0] > pair[1];
+    let breaks_count = |pair: &[f64]| pair[0].fract() != 0.0 || pair[0] > pair[1];
     let all = &values[..=first.len()];
-    let counts = others.iter().all(|v| v.fract() == 0.0) && !others.windows(2).any(is_odd);
-    if counts && all.windows(2).any(is_odd) { STRAY_ROWS } else { 0 }
+    let counts = others.iter().all(|v| v.fract() == 0.0) && !others.windows(2).any(breaks_count);
+    if counts && all.windows(2).any(breaks_count) { STRAY_ROWS } else { 0 }
 }
 
 /// Numbers of steps from row to row that rise, that fall, and that are exactly one.
@@ -209,7 +214,7 @@ fn crossings(values: &[f64]) -> usize {
 }
 
 /// Share of the blocks of a motion in which it decays, excluding those in which a drive was switched on or off.
-fn gradual(blocks: &[&[f64]], begins_at_rest: bool) -> f64 {
+fn decaying_share(blocks: &[&[f64]], begins_at_rest: bool) -> f64 {
     let greatest = greatest_rms(blocks);
     let dies_down = |block: &&&[f64]| {
         let rms = mean_and_rms(block).1;

@@ -3,7 +3,7 @@
 use slipfit::{SignalKind, answer::hint::Hint};
 
 use super::{
-    chooser::{Chooser, Picked, numbered},
+    chooser::{Chooser, ChosenColumn, numbered},
     drive::Drive,
     frequency::Frequency,
     head::Head,
@@ -21,7 +21,7 @@ pub(crate) struct Choice {
     pub(crate) frequency: Frequency,
     pub(crate) response: Response,
     pub(crate) drive: Option<Drive>,
-    pub(crate) std_error: Option<Picked>,
+    pub(crate) std_error: Option<ChosenColumn>,
     pub(crate) kind: SignalKind,
     pub(crate) unit: String,
     pub(crate) runs: usize,
@@ -33,7 +33,7 @@ pub(crate) struct Choice {
 
 impl Choice {
     /// The columns read, with their roles.
-    pub(crate) fn columns(&self) -> Vec<(&'static str, &Picked)> {
+    pub(crate) fn columns(&self) -> Vec<(&'static str, &ChosenColumn)> {
         let mut columns = self.frequency.columns();
         columns.extend(self.response.columns());
         columns.extend(self.drive.as_ref().map(|d| ("drive", &d.column)));
@@ -51,7 +51,7 @@ impl Chooser<'_> {
     fn curve(mut self) -> Result<Choice, ReadProblem> {
         let (runs, run) = self.take_run()?;
         let frequency = self.frequency()?;
-        let indices = |columns: Vec<(&str, &Picked)>| columns.into_iter().map(|c| c.1.index).collect();
+        let indices = |columns: Vec<(&str, &ChosenColumn)>| columns.into_iter().map(|c| c.1.index).collect();
         let mut taken: Vec<usize> = indices(frequency.columns());
         let response = self.response(&taken)?;
         taken.extend::<Vec<usize>>(indices(response.columns()));
@@ -87,9 +87,13 @@ impl Chooser<'_> {
         Ok((runs, run))
     }
 
-    fn std_error(&mut self, response: &Response, taken: &[usize]) -> Result<Option<Picked>, ReadProblem> {
+    fn std_error(
+        &mut self,
+        response: &Response,
+        taken: &[usize],
+    ) -> Result<Option<ChosenColumn>, ReadProblem> {
         if let Some(index) = self.asked("std_error", &self.options.std_error)? {
-            return Ok(Some(self.picked(index, "asked for")));
+            return Ok(Some(self.choose_column(index, "asked for")));
         }
         let Response::Amplitude(amplitude, scale, _) = response else { return Ok(None) };
         if scale.factor().is_none() {
@@ -113,7 +117,7 @@ impl Chooser<'_> {
             self.note_not_positive(index, "a standard error", "used", "std_error");
             return Ok(None);
         }
-        Ok(Some(self.picked(index, "named like the standard error of the amplitude")))
+        Ok(Some(self.choose_column(index, "named like the standard error of the amplitude")))
     }
 
     /// Whether a column is named as the error of another, like `dA`, `ΔA` or `u_A` of `A`, and has its unit or none.

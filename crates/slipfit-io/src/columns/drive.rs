@@ -3,7 +3,7 @@
 use slipfit::SignalKind;
 
 use super::{
-    chooser::{Chooser, Picked},
+    chooser::{Chooser, ChosenColumn},
     name,
     response::{PEAK, Response},
     role::Role,
@@ -15,7 +15,7 @@ use crate::{error::ReadProblem, report::Note};
 /// The drive at each point of a curve.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Drive {
-    pub(crate) column: Picked,
+    pub(crate) column: ChosenColumn,
     /// A base motion that is a velocity or an acceleration is divided by omega as often as such a response.
     pub(crate) kind: SignalKind,
     /// Levels are converted to linear values like those of the response.
@@ -23,7 +23,7 @@ pub(crate) struct Drive {
 }
 
 impl Drive {
-    fn of(column: Picked) -> Self {
+    fn of(column: ChosenColumn) -> Self {
         let scale = scale::written(&column.unit, None).scale;
         Self { column, kind: SignalKind::Displacement, scale }
     }
@@ -43,12 +43,12 @@ impl Chooser<'_> {
         if let Some(index) = self.asked("drive", &self.options.drive)? {
             return Ok(Some(match self.roles[index] {
                 Role::Base => self.base(index, "asked for"),
-                _ => Drive::of(self.picked(index, "asked for")),
+                _ => Drive::of(self.choose_column(index, "asked for")),
             }));
         }
         let response = response.columns()[0].1.clone();
         let Some(index) = self.of_role(Role::Drive, taken) else {
-            return Ok(self.base_beside(taken).or_else(|| self.other_channel(&response, taken)));
+            return Ok(self.base_as_drive(taken).or_else(|| self.other_channel(&response, taken)));
         };
         if units::is_per_force(&response.unit) {
             let (label, unit) = (self.label(index), &response.unit);
@@ -63,7 +63,7 @@ impl Chooser<'_> {
             self.note_not_positive(index, "a drive", "divided out", "drive");
             return Ok(None);
         }
-        Ok(Some(Drive::of(self.picked(index, "named like a drive; divided out"))))
+        Ok(Some(Drive::of(self.choose_column(index, "named like a drive; divided out"))))
     }
 
     fn is_positive(&self, index: usize) -> bool {
@@ -78,7 +78,7 @@ impl Chooser<'_> {
     }
 
     /// The motion of the base, used if nothing else is the drive.
-    fn base_beside(&mut self, taken: &[usize]) -> Option<Drive> {
+    fn base_as_drive(&mut self, taken: &[usize]) -> Option<Drive> {
         let index = self.of_role(Role::Base, taken)?;
         if !self.is_positive(index) {
             self.note_not_positive(index, "the motion of a base", "divided out", "drive");
@@ -101,7 +101,7 @@ impl Chooser<'_> {
     }
 
     fn base(&self, index: usize, why: &str) -> Drive {
-        let column = self.picked(index, why);
+        let column = self.choose_column(index, why);
         let kind = match units::measures(&column.unit) {
             Some(Measures::Signal(kind @ (SignalKind::Velocity | SignalKind::Acceleration))) => kind,
             _ => SignalKind::Displacement,
@@ -118,7 +118,7 @@ impl Chooser<'_> {
     }
 
     /// The only other channel in the unit of the response that has no peak.
-    fn other_channel(&mut self, response: &Picked, taken: &[usize]) -> Option<Drive> {
+    fn other_channel(&mut self, response: &ChosenColumn, taken: &[usize]) -> Option<Drive> {
         if !self.is_channel(response.index) || self.peak_over_ends(response.index) < PEAK {
             return None;
         }
@@ -137,7 +137,7 @@ impl Chooser<'_> {
         );
         let note = Note::new(text).hint("amplitude", "names the response");
         self.notes.push(note.hint("drive", "names the drive, or none"));
-        Some(Drive::of(self.picked(other, "the channel without a peak; divided out")))
+        Some(Drive::of(self.choose_column(other, "the channel without a peak; divided out")))
     }
 
     /// Greatest mean over a tenth of the rows, relative to that over the tenths at the ends; 0 if any value is not

@@ -3,7 +3,7 @@
 use std::f64::consts::{E, TAU};
 
 use super::{
-    chooser::{Chooser, Picked},
+    chooser::{Chooser, ChosenColumn},
     multiple::{multiple_of_hertz, number_of_hertz},
     name::{self, Name},
     role::Role,
@@ -18,24 +18,24 @@ use crate::{
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Frequency {
     /// Column and factor to Hz.
-    Plain(Picked, f64),
+    Plain(ChosenColumn, f64),
     /// Column of logarithms, their base, and the factor of the frequencies to Hz.
-    Logarithm(Picked, f64, f64),
+    Logarithm(ChosenColumn, f64, f64),
     /// Column and factor of its unit to seconds.
-    Period(Picked, f64),
+    Period(ChosenColumn, f64),
     /// Column of shifts with its factor, and the centre: in Hz, or in a column with its own factor.
-    Shift(Picked, f64, Centre),
+    Shift(ChosenColumn, f64, Centre),
 }
 
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Centre {
     Hz(f64),
-    Column(Picked, f64),
+    Column(ChosenColumn, f64),
 }
 
 impl Frequency {
     /// The columns read, with their roles; the first is the swept one.
-    pub(super) fn columns(&self) -> Vec<(&'static str, &Picked)> {
+    pub(super) fn columns(&self) -> Vec<(&'static str, &ChosenColumn)> {
         match self {
             Self::Plain(p, _) | Self::Logarithm(p, ..) => vec![("frequency", p)],
             Self::Period(p, _) => vec![("period", p)],
@@ -45,7 +45,7 @@ impl Frequency {
     }
 
     /// The column of the frequencies, periods or shifts.
-    pub(super) fn swept(&self) -> &Picked {
+    pub(super) fn swept(&self) -> &ChosenColumn {
         let (Self::Plain(p, _) | Self::Logarithm(p, ..) | Self::Period(p, _) | Self::Shift(p, ..)) = self;
         p
     }
@@ -109,10 +109,10 @@ impl Chooser<'_> {
         };
         let unit = self.options.frequency_unit.as_deref();
         if let Some(hz) = unit.and_then(number_of_hertz) {
-            let picked = Picked { unit: "Hz".to_owned(), ..self.picked(index, why) };
+            let chosen = ChosenColumn { unit: "Hz".to_owned(), ..self.choose_column(index, why) };
             let text = format!("{} was multiplied by {hz} Hz", self.label(index));
             self.notes.push(text.into());
-            return Ok(Frequency::Plain(picked, hz));
+            return Ok(Frequency::Plain(chosen, hz));
         }
         if unit.is_none() && is_ratio(&self.head.names[index]) {
             return Err(ReadProblem::FrequencyRatio { column: self.label(index) });
@@ -131,23 +131,23 @@ impl Chooser<'_> {
             }
             _ => None,
         };
-        let mut picked = self.picked(index, why);
+        let mut chosen = self.choose_column(index, why);
         if units::is_per_second(&unit) && is_angular(&self.head.names[index].bare) {
             let text = format!(
                 "{} is named like an angular frequency: {unit} was taken as rad/s",
                 self.label(index)
             );
             self.notes.push(Note::new(text).hint("frequency_unit", "says otherwise"));
-            "rad/s".clone_into(&mut picked.unit);
-            return Ok(Frequency::Plain(picked, 1.0 / TAU));
+            "rad/s".clone_into(&mut chosen.unit);
+            return Ok(Frequency::Plain(chosen, 1.0 / TAU));
         }
         if let Some(seconds) = seconds {
-            picked.unit = unit;
-            return Ok(Frequency::Period(picked, seconds));
+            chosen.unit = unit;
+            return Ok(Frequency::Period(chosen, seconds));
         }
         let factor = match units::hertz(&unit).or(multiple) {
             Some(factor) => {
-                picked.unit = unit;
+                chosen.unit = unit;
                 factor
             }
             None if self.options.frequency_unit.is_some() => {
@@ -157,26 +157,26 @@ impl Chooser<'_> {
                 return Err(ReadProblem::Option { option: "frequency_unit", value: unit, problem });
             }
             None if role == Role::Period => {
-                picked.unit = "s".to_owned();
+                chosen.unit = "s".to_owned();
                 self.note_unit(index, "periods", "seconds");
-                return Ok(Frequency::Period(picked, 1.0));
+                return Ok(Frequency::Period(chosen, 1.0));
             }
-            None => self.guessed_unit(index, &mut picked),
+            None => self.guessed_unit(index, &mut chosen),
         };
         // A few negative numbers are errors; shifts from a centre are often negative.
         let (all, below) = self.finite(index).fold((0, 0), |(n, m), v| (n + 1, m + usize::from(v < 0.0)));
         let negative = below * 10 > all;
         let shift = self.options.centre_hz.is_some() || role == Role::Shift || (negative && given.is_none());
         if !shift {
-            return Ok(Frequency::Plain(picked, factor));
+            return Ok(Frequency::Plain(chosen, factor));
         }
         let centre = self.centre(index)?;
-        Ok(Frequency::Shift(picked, factor, centre))
+        Ok(Frequency::Shift(chosen, factor, centre))
     }
 
     /// A column of logarithms of frequencies.
     fn logarithms(&mut self, index: usize, why: &str, base: f64, factor: f64) -> Frequency {
-        let mut picked = self.picked(index, why);
+        let mut chosen = self.choose_column(index, why);
         let base_name = if base == 10.0 { "10" } else { "e" };
         let times = if factor == 1.0 { String::new() } else { format!(" times {factor:.6}") };
         let text = format!(
@@ -185,12 +185,12 @@ impl Chooser<'_> {
         );
         self.notes
             .push(Note::new(text).hint("frequency_unit", "says otherwise, such as Hz or \"log10 kHz\""));
-        "Hz".clone_into(&mut picked.unit);
-        Frequency::Logarithm(picked, base, factor)
+        "Hz".clone_into(&mut chosen.unit);
+        Frequency::Logarithm(chosen, base, factor)
     }
 
     /// Unit of a frequency column that names none.
-    fn guessed_unit(&mut self, index: usize, picked: &mut Picked) -> f64 {
+    fn guessed_unit(&mut self, index: usize, chosen: &mut ChosenColumn) -> f64 {
         let header = self.head.names[index].header.trim().to_lowercase();
         let (unit, factor) = if is_angular(&self.head.names[index].bare) {
             ("rad/s", 1.0 / TAU)
@@ -198,14 +198,14 @@ impl Chooser<'_> {
             match units::hertz(&header).filter(|_| header.ends_with("hz") || header == "rpm") {
                 // A column headed by its unit alone.
                 Some(factor) => {
-                    picked.unit = self.head.names[index].header.trim().to_owned();
-                    return if picked.unit == "mHz" { 1e-3 } else { factor };
+                    chosen.unit = self.head.names[index].header.trim().to_owned();
+                    return if chosen.unit == "mHz" { 1e-3 } else { factor };
                 }
                 None => ("Hz", 1.0),
             }
         };
         self.note_unit(index, "frequencies", unit);
-        picked.unit = unit.to_owned();
+        chosen.unit = unit.to_owned();
         factor
     }
 
@@ -278,7 +278,7 @@ impl Chooser<'_> {
         if let Some(index) = self.of_role(Role::Centre, &[shift]) {
             let unit = &self.head.names[index].unit;
             let factor = units::hertz(unit).unwrap_or(1.0);
-            return Ok(Centre::Column(self.picked(index, "named like a centre frequency"), factor));
+            return Ok(Centre::Column(self.choose_column(index, "named like a centre frequency"), factor));
         }
         let named = self.head.named_values.iter().find_map(|(name, value)| {
             let parsed = Name::parse(name);

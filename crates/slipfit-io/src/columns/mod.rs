@@ -26,5 +26,5 @@ pub(crate) mod stated;
 pub(crate) mod units;
 mod unnamed;
 
-pub(crate) use chooser::{Chooser, Picked};
+pub(crate) use chooser::{Chooser, ChosenColumn};
 pub(crate) use response::PEAK;

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use slipfit::{SignalKind, motion::steady::Phasor, resonance::Curve};
 
 use super::{
-    chooser::Picked,
+    chooser::ChosenColumn,
     curve::Choice,
     frequency::{Centre, Frequency},
     head::Head,
@@ -40,12 +40,12 @@ struct Rows<'a> {
 impl Rows<'_> {
     /// Leaves out negative frequencies or periods if they are few; a tenth or more is taken as intended.
     fn leave_out_below_zero(&mut self, frequency: &Frequency) {
-        let (picked, reason) = match frequency {
+        let (chosen, reason) = match frequency {
             Frequency::Plain(p, _) => (p, "frequency below zero"),
             Frequency::Period(p, _) => (p, "period below zero"),
             Frequency::Shift(..) | Frequency::Logarithm(..) => return,
         };
-        let column = &self.values[picked.index];
+        let column = &self.values[chosen.index];
         let below: Vec<usize> = self.kept.iter().copied().filter(|&row| column[row] < 0.0).collect();
         if let Some(&first) = below.first()
             && below.len() * 10 <= self.kept.len()
@@ -69,35 +69,35 @@ impl Rows<'_> {
         }
     }
 
-    fn values(&self, picked: &Picked) -> Vec<f64> {
-        self.kept.iter().map(|&row| self.values[picked.index][row]).collect()
+    fn values(&self, chosen: &ChosenColumn) -> Vec<f64> {
+        self.kept.iter().map(|&row| self.values[chosen.index][row]).collect()
     }
 
-    fn pairs(&self, re: &Picked, im: &Picked) -> Vec<Phasor> {
+    fn pairs(&self, re: &ChosenColumn, im: &ChosenColumn) -> Vec<Phasor> {
         self.pairs_times(re, im, [1.0; 2])
     }
 
     /// Complex numbers from two columns, each multiplied by its factor.
-    fn pairs_times(&self, re: &Picked, im: &Picked, [a, b]: [f64; 2]) -> Vec<Phasor> {
+    fn pairs_times(&self, re: &ChosenColumn, im: &ChosenColumn, [a, b]: [f64; 2]) -> Vec<Phasor> {
         let columns = self.values(re).into_iter().zip(self.values(im));
         columns.map(|(re, im)| Phasor::new(re * a, im * b)).collect()
     }
 
     /// Problem for a negative number in a row that was kept.
-    fn negative(&self, what: &'static str, picked: &Picked, kept: usize) -> ReadProblem {
+    fn negative(&self, what: &'static str, chosen: &ChosenColumn, kept: usize) -> ReadProblem {
         let row = self.kept[kept];
         ReadProblem::Negative {
             what,
             row: self.first_row + row as u64,
-            column: self.head.label(picked.index),
-            value: self.values[picked.index][row],
-            unit: if what == "amplitude" { String::new() } else { picked.unit.clone() },
+            column: self.head.label(chosen.index),
+            value: self.values[chosen.index][row],
+            unit: if what == "amplitude" { String::new() } else { chosen.unit.clone() },
         }
     }
 
     fn frequency(&self, frequency: &Frequency) -> Result<Vec<f64>, ReadProblem> {
-        let picked = frequency.swept();
-        let written = self.values(picked);
+        let chosen = frequency.swept();
+        let written = self.values(chosen);
         let hz: Vec<f64> = match frequency {
             Frequency::Plain(_, factor) => written.iter().map(|v| v * factor).collect(),
             Frequency::Logarithm(_, base, factor) => written.iter().map(|v| base.powf(*v) * factor).collect(),
@@ -110,14 +110,14 @@ impl Rows<'_> {
         };
         if let Some(i) = hz.iter().position(|f| *f < 0.0) {
             let what = if matches!(frequency, Frequency::Period(..)) { "period" } else { "frequency" };
-            return Err(self.negative(what, picked, i));
+            return Err(self.negative(what, chosen, i));
         }
         let first = hz.first().copied().unwrap_or(f64::NAN);
         if hz.iter().all(|f| *f == first) {
             return Err(ReadProblem::OneFrequency {
-                column: self.head.label(picked.index),
+                column: self.head.label(chosen.index),
                 value: written[0],
-                unit: picked.unit.clone(),
+                unit: chosen.unit.clone(),
                 points: hz.len(),
             });
         }
@@ -233,7 +233,7 @@ impl Rows<'_> {
             let pairs = written.iter().zip(responses);
             Some(pairs.map(|(error, response)| of(*error, response.norm())).collect())
         };
-        let in_si = |known: fn(&str) -> Option<f64>, first: &Picked, second: Option<&Picked>| {
+        let in_si = |known: fn(&str) -> Option<f64>, first: &ChosenColumn, second: Option<&ChosenColumn>| {
             known(&column.unit).unwrap_or(to_si(known, first, second)[0])
         };
         // The error of 1/Z is that of Z times |Y|^2.
@@ -274,7 +274,7 @@ pub(crate) fn build(
     first_row: u64,
     mut skipped: Vec<Skipped>,
 ) -> Result<Points, ReadProblem> {
-    let needed: Vec<usize> = choice.columns().into_iter().map(|(_, picked)| picked.index).collect();
+    let needed: Vec<usize> = choice.columns().into_iter().map(|(_, chosen)| chosen.index).collect();
     let kept = rows::complete(values, &needed, first_row, &mut skipped);
     if kept.is_empty() {
         let names: Vec<String> = needed.iter().map(|&i| head.label(i)).collect();
@@ -287,8 +287,8 @@ pub(crate) fn build(
     let mut rows = Rows { head, values, first_row, kept, skipped };
     let mut notes = Vec::new();
     rows.leave_out_below_zero(&choice.frequency);
-    let response = choice.response.columns().into_iter().map(|(_, picked)| picked.index);
-    let swept = choice.frequency.columns().into_iter().take(1).map(|(_, picked)| picked.index);
+    let response = choice.response.columns().into_iter().map(|(_, chosen)| chosen.index);
+    let swept = choice.frequency.columns().into_iter().take(1).map(|(_, chosen)| chosen.index);
     rows.leave_out_sentinels(&response.chain(swept).collect::<Vec<_>>());
     let frequency_hz = rows.frequency(&choice.frequency)?;
     let (values, phased) = rows.response(&choice.response, &mut notes)?;
@@ -323,7 +323,7 @@ pub(crate) fn build(
 }
 
 /// Factors of two columns to S or Ω; a column without a known unit is assumed to have the unit of the other.
-fn to_si(known: fn(&str) -> Option<f64>, first: &Picked, second: Option<&Picked>) -> [f64; 2] {
+fn to_si(known: fn(&str) -> Option<f64>, first: &ChosenColumn, second: Option<&ChosenColumn>) -> [f64; 2] {
     let (a, b) = (known(&first.unit), second.and_then(|second| known(&second.unit)));
     [a.or(b), b.or(a)].map(|factor| factor.unwrap_or(1.0))
 }

@@ -139,7 +139,7 @@ impl Chooser<'_> {
                 // A background can keep both parts above zero.
                 let by_resonance = || {
                     let frequency = self.of_role(Role::Frequency, &[]);
-                    frequency.is_some_and(|over| self.are_no_amplitudes(over, real, imaginary))
+                    frequency.is_some_and(|over| self.are_parts_not_amplitudes(over, real, imaginary))
                 };
                 if vague && !swings(real) && !swings(imaginary) && !by_resonance() {
                     continue;

@@ -3,7 +3,7 @@
 use slipfit::SignalKind;
 
 use super::{
-    chooser::{Chooser, Fraction, Picked, numbered},
+    chooser::{Chooser, ChosenColumn, Fraction, numbered},
     clock::Time,
     groups::{self, Group},
     head::Head,
@@ -19,8 +19,8 @@ use crate::{
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Choice {
     pub(crate) time: Time,
-    pub(crate) signal: Picked,
-    pub(crate) quadrature: Option<Picked>,
+    pub(crate) signal: ChosenColumn,
+    pub(crate) quadrature: Option<ChosenColumn>,
     /// Fractions of a second to be added to times in whole seconds.
     pub(crate) fraction: Option<Fraction>,
     /// Whether signal and quadrature are in decibels and have to be made linear.

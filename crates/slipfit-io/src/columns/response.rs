@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::{
-    chooser::{Chooser, Picked},
+    chooser::{Chooser, ChosenColumn},
     name::words,
     quadrature::Pair,
     role::Role,
@@ -23,24 +23,24 @@ pub(crate) const PEAK: f64 = 1.5;
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Response {
     /// Amplitude, and phase with its factor to radians, if there is one.
-    Amplitude(Picked, Scale, Option<(Picked, f64)>),
-    Complex(Picked, Picked),
+    Amplitude(ChosenColumn, Scale, Option<(ChosenColumn, f64)>),
+    Complex(ChosenColumn, ChosenColumn),
     /// Conductance, and susceptance if there is one.
-    Admittance(Picked, Option<Picked>),
+    Admittance(ChosenColumn, Option<ChosenColumn>),
     /// Series resistance and reactance.
-    Impedance(Picked, Option<Picked>),
+    Impedance(ChosenColumn, Option<ChosenColumn>),
     /// Modulus of an admittance or, if `is_impedance`, of an impedance; with the angle and its factor to radians, if
     /// there is one.
     Modulus {
-        of: Picked,
+        of: ChosenColumn,
         is_impedance: bool,
-        angle: Option<(Picked, f64)>,
+        angle: Option<(ChosenColumn, f64)>,
     },
 }
 
 impl Response {
     /// The columns read, with their roles.
-    pub(super) fn columns(&self) -> Vec<(&'static str, &Picked)> {
+    pub(super) fn columns(&self) -> Vec<(&'static str, &ChosenColumn)> {
         let (first, second) = match self {
             Self::Amplitude(a, _, phase) => (("amplitude", a), phase.as_ref().map(|p| ("phase", &p.0))),
             Self::Complex(re, im) => (("real", re), Some(("imaginary", im))),
@@ -78,7 +78,10 @@ impl Chooser<'_> {
         let (real, imaginary) = (self.asked("real", &o.real)?, self.asked("imaginary", &o.imaginary)?);
         match (real, imaginary) {
             (Some(re), Some(im)) => {
-                return Ok(Response::Complex(self.picked(re, "asked for"), self.picked(im, "asked for")));
+                return Ok(Response::Complex(
+                    self.choose_column(re, "asked for"),
+                    self.choose_column(im, "asked for"),
+                ));
             }
             (Some(one), None) | (None, Some(one)) => {
                 let missing = if real.is_some() { "imaginary" } else { "real" };
@@ -88,7 +91,8 @@ impl Chooser<'_> {
                     let (given, columns) = (self.label(one), self.list());
                     return Err(ReadProblem::HalfComplex { given, missing, columns });
                 };
-                let (one, found) = (self.picked(one, "asked for"), self.picked(found, "named so"));
+                let (one, found) =
+                    (self.choose_column(one, "asked for"), self.choose_column(found, "named so"));
                 return Ok(if real.is_some() {
                     Response::Complex(one, found)
                 } else {
@@ -110,12 +114,14 @@ impl Chooser<'_> {
         }
         let role = |role| self.of_role(role, taken);
         if let (Some(re), Some(im)) = (role(Role::Real), role(Role::Imaginary)) {
-            let (re, im) =
-                (self.picked(re, "named like a real part"), self.picked(im, "named like an imaginary part"));
+            let (re, im) = (
+                self.choose_column(re, "named like a real part"),
+                self.choose_column(im, "named like an imaginary part"),
+            );
             return Ok(Response::Complex(re, im));
         }
         if let Some(pair) = self.quadrature_pair(taken) {
-            let [x, y] = [pair.real, pair.imaginary].map(|i| self.picked(i, Pair::WHY));
+            let [x, y] = [pair.real, pair.imaginary].map(|i| self.choose_column(i, Pair::WHY));
             return Ok(Response::Complex(x, y));
         }
         if let Some(g) = role(Role::Conductance) {
@@ -157,7 +163,7 @@ impl Chooser<'_> {
             Some(first) if channel.is_some() => {
                 self.amplitude(first, "the first channel that has a peak", taken)
             }
-            Some(first) => match self.peaked_beside(first, taken) {
+            Some(first) => match self.peaked_partner_of_phase(first, taken) {
                 Some(index) => self.amplitude(index, "the first column left that has a peak", taken),
                 None => self.amplitude(first, "the first column left", taken),
             },
@@ -216,21 +222,21 @@ impl Chooser<'_> {
         let note = Note::new(text).hint("amplitude", "says otherwise");
         self.notes.push(note.hint("phase", "says otherwise"));
         let why = "a resonance fits it best so";
-        Some(Response::Complex(self.picked(first, why), self.picked(second, why)))
+        Some(Response::Complex(self.choose_column(first, why), self.choose_column(second, why)))
     }
 
     /// A conductance with the susceptance that belongs to it.
     fn admittance(&self, g: usize, why: &str, taken: &[usize]) -> Response {
         let b = self.of_role(Role::Susceptance, taken);
-        let b = b.map(|b| self.picked_in(units::siemens, b, "named like a susceptance"));
-        Response::Admittance(self.picked_in(units::siemens, g, why), b)
+        let b = b.map(|b| self.choose_column_in(units::siemens, b, "named like a susceptance"));
+        Response::Admittance(self.choose_column_in(units::siemens, g, why), b)
     }
 
     /// A series resistance with the reactance that belongs to it.
     fn impedance(&self, r: usize, why: &str, taken: &[usize]) -> Response {
         let x = self.of_role(Role::Reactance, taken);
-        let x = x.map(|x| self.picked_in(units::ohms, x, "named like a reactance"));
-        Response::Impedance(self.picked_in(units::ohms, r, why), x)
+        let x = x.map(|x| self.choose_column_in(units::ohms, x, "named like a reactance"));
+        Response::Impedance(self.choose_column_in(units::ohms, r, why), x)
     }
 
     /// The modulus of an admittance or an impedance with its angle; in such exports theta is the angle, in any unit.
@@ -248,21 +254,21 @@ impl Chooser<'_> {
         }
         let angle = self.phase(of, &without)?;
         let known = if is_impedance { units::ohms } else { units::siemens };
-        Ok(Response::Modulus { of: self.picked_in(known, of, why), is_impedance, angle })
+        Ok(Response::Modulus { of: self.choose_column_in(known, of, why), is_impedance, angle })
     }
 
     /// A column, in the requested unit if that is a known one.
-    fn picked_in(&self, known: fn(&str) -> Option<f64>, index: usize, why: &str) -> Picked {
-        let mut picked = self.picked(index, why);
+    fn choose_column_in(&self, known: fn(&str) -> Option<f64>, index: usize, why: &str) -> ChosenColumn {
+        let mut chosen = self.choose_column(index, why);
         if let Some(unit) = self.options.unit.as_deref().filter(|unit| known(unit).is_some()) {
-            unit.trim().clone_into(&mut picked.unit);
+            unit.trim().clone_into(&mut chosen.unit);
         }
-        picked
+        chosen
     }
 
     fn amplitude(&mut self, index: usize, why: &str, taken: &[usize]) -> Result<Response, ReadProblem> {
         let given = self.options.unit.clone();
-        let mut amplitude = self.picked(index, why);
+        let mut amplitude = self.choose_column(index, why);
         if let Some(unit) = &given {
             unit.trim().clone_into(&mut amplitude.unit);
         }
@@ -316,7 +322,7 @@ impl Chooser<'_> {
         scale
     }
 
-    fn phase(&mut self, of: usize, without: &[usize]) -> Result<Option<(Picked, f64)>, ReadProblem> {
+    fn phase(&mut self, of: usize, without: &[usize]) -> Result<Option<(ChosenColumn, f64)>, ReadProblem> {
         let given = self.asked("phase", &self.options.phase)?;
         // If the table has headers, a phase has one too.
         let headed = self.head.names.iter().any(|n| !n.header.is_empty());
@@ -327,7 +333,8 @@ impl Chooser<'_> {
         let (index, why) = match given {
             Some(index) => (index, "asked for"),
             None => {
-                match (self.phase_of(of, without).or_else(|| self.angle_beside(of, without)), unnamed()) {
+                match (self.phase_of(of, without).or_else(|| self.angle_of_amplitude(of, without)), unnamed())
+                {
                     (Some(index), _) => (index, "named like a phase"),
                     (None, Some(index)) if self.turns_half(index) => {
                         (index, "it turns by half a turn, as phases do")
@@ -339,16 +346,16 @@ impl Chooser<'_> {
                 }
             }
         };
-        let mut picked = self.picked(index, why);
+        let mut chosen = self.choose_column(index, why);
         let bare = self.head.names[index].bare.trim();
         if let Some(unit) = &self.options.phase_unit {
-            unit.trim().clone_into(&mut picked.unit);
-        } else if picked.unit.is_empty() && units::radians(bare).is_some() {
+            unit.trim().clone_into(&mut chosen.unit);
+        } else if chosen.unit.is_empty() && units::radians(bare).is_some() {
             // A column headed by its unit alone.
-            bare.clone_into(&mut picked.unit);
+            bare.clone_into(&mut chosen.unit);
         }
-        if let Some(factor) = units::radians(&picked.unit) {
-            return Ok(Some((picked, factor)));
+        if let Some(factor) = units::radians(&chosen.unit) {
+            return Ok(Some((chosen, factor)));
         }
         if let Some(unit) = &self.options.phase_unit {
             let problem = OptionProblem::UnknownUnit("deg, rad, cycles or pi");
@@ -363,13 +370,13 @@ impl Chooser<'_> {
             self.label(index)
         );
         self.notes.push(Note::new(text).hint("phase_unit", "says otherwise"));
-        unit.clone_into(&mut picked.unit);
-        Ok(Some((picked, factor)))
+        unit.clone_into(&mut chosen.unit);
+        Ok(Some((chosen, factor)))
     }
 
     /// An angle next to an amplitude, which is its phase if named so: `Ang`, `\u{398}`, `deg`, or `S21 (deg)` next to
     /// `S21 (dB)`.
-    fn angle_beside(&self, of: usize, without: &[usize]) -> Option<usize> {
+    fn angle_of_amplitude(&self, of: usize, without: &[usize]) -> Option<usize> {
         let name = |i: usize| &self.head.names[i];
         let called = |i: usize| {
             let angle = ["ang", "angle", "theta", "\u{3b8}", "\u{3d1}", "deg", "degrees", "rad"];
@@ -393,7 +400,7 @@ impl Chooser<'_> {
     }
 
     /// If the first column without a name varies like a phase: the first other one with a peak.
-    fn peaked_beside(&self, first: usize, taken: &[usize]) -> Option<usize> {
+    fn peaked_partner_of_phase(&self, first: usize, taken: &[usize]) -> Option<usize> {
         let unnamed =
             |i: usize| self.head.names[i].header.is_empty() && !taken.contains(&i) && self.filled(i);
         if !unnamed(first) || !self.turns_half(first) {

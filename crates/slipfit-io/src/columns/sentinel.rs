@@ -17,11 +17,11 @@ const MOST: usize = 4;
 /// Minimum distance of a repeated number from the range of all others, in units of that range.
 const OUTSIDE: f64 = 10.0;
 /// The same for a repeated number of the form that instruments write for missing values.
-const OUTSIDE_WORD: f64 = 2.0;
+const OUTSIDE_KNOWN_FORM: f64 = 2.0;
 /// The same for a number in rare single samples of a record.
-const OUTSIDE_ALONE: f64 = 0.5;
+const OUTSIDE_ISOLATED: f64 = 0.5;
 /// Minimum number of such samples.
-const FEWEST_ALONE: usize = 5;
+const FEWEST_ISOLATED: usize = 5;
 /// At most one in this many samples is such a sample.
 const RARE: usize = 8;
 /// No instrument measures values from here on: 1e30, 9.9e37 (SCPI), the largest of single precision.
@@ -32,12 +32,12 @@ const NO_QUANTITY: f64 = 1e30;
 pub(crate) fn find(values: &[f64]) -> Option<Sentinel> {
     let (low, high) = ends(values).or_else(|| range(values, |_| true))?;
     // Nearly every column has a number in the middle of its range, which a range extended by a sentinel does not have.
-    let margin = (high - low) / (OUTSIDE_WORD + 1.0);
+    let margin = (high - low) / (OUTSIDE_KNOWN_FORM + 1.0);
     if values.iter().any(|v| *v > low + margin && *v < high - margin) {
         return None;
     }
     let candidates = if low.abs() > high.abs() { [low, high] } else { [high, low] };
-    candidates.into_iter().find_map(|value| stands_for_none(values, value))
+    candidates.into_iter().find_map(|value| as_sentinel(values, value))
 }
 
 /// The least and the greatest number, computed in several lanes; `None` if they are not finite and different.
@@ -64,17 +64,20 @@ fn range(values: &[f64], counts: impl Fn(f64) -> bool) -> Option<(f64, f64)> {
     (ends.0 < ends.1).then_some(ends)
 }
 
-fn stands_for_none(values: &[f64], value: f64) -> Option<Sentinel> {
+fn as_sentinel(values: &[f64], value: f64) -> Option<Sentinel> {
     let (low, high) = range(values, |v| v != value)?;
     let gap = (low - value).max(value - high);
     let times = gap / (high - low);
-    if !(times > OUTSIDE_WORD) {
+    if !(times > OUTSIDE_KNOWN_FORM) {
         return None;
     }
     let count = values.iter().filter(|v| **v == value).count();
-    let word = is_word(value);
-    let unmistakable =
-        if word && count > 1 { times > OUTSIDE_WORD } else { (word || count > 1) && times > OUTSIDE };
+    let known_form = has_sentinel_form(value);
+    let unmistakable = if known_form && count > 1 {
+        times > OUTSIDE_KNOWN_FORM
+    } else {
+        (known_form || count > 1) && times > OUTSIDE
+    };
     let first = values.iter().position(|v| *v == value)?;
     (unmistakable && 2 * count < values.len()).then_some(Sentinel { value, count, first })
 }
@@ -82,9 +85,9 @@ fn stands_for_none(values: &[f64], value: f64) -> Option<Sentinel> {
 /// The least or the greatest number of a record, if single samples repeatedly have it to the last digit and half the
 /// range of all others separates it from them: motion detectors write such numbers if they receive no echo, or that of
 /// the wall behind. A motion has values close to its extremes, and clipping holds several successive samples.
-fn find_alone(values: &[f64]) -> Option<Sentinel> {
+fn find_isolated(values: &[f64]) -> Option<Sentinel> {
     let (low, high) = ends(values).or_else(|| range(values, |_| true))?;
-    let margin = (high - low) * OUTSIDE_ALONE / (1.0 + OUTSIDE_ALONE);
+    let margin = (high - low) * OUTSIDE_ISOLATED / (1.0 + OUTSIDE_ISOLATED);
     let stands_apart = |value: f64| {
         let near = |v: &f64| *v != value && (*v - value).abs() < margin;
         !values.iter().any(near)
@@ -93,7 +96,7 @@ fn find_alone(values: &[f64]) -> Option<Sentinel> {
         let count = values.iter().filter(|v| **v == value).count();
         let runs = values.chunk_by(|a, b| (*a == value) == (*b == value));
         let alone = runs.filter(|run| run.len() == 1 && run[0] == value).count();
-        let often = count >= FEWEST_ALONE && 10 * alone >= 8 * count;
+        let often = count >= FEWEST_ISOLATED && 10 * alone >= 8 * count;
         let (first, others) = (values.iter().position(|v| *v == value)?, range(values, |v| v != value));
         (often && RARE * count <= values.len() && others.is_some()).then_some(Sentinel {
             value,
@@ -105,7 +108,7 @@ fn find_alone(values: &[f64]) -> Option<Sentinel> {
 
 /// Whether a number has the form that instruments and programs write for missing values: nines, or beyond all
 /// quantities.
-fn is_word(value: f64) -> bool {
+fn has_sentinel_form(value: f64) -> bool {
     let size = value.abs();
     if size >= NO_QUANTITY {
         return true;
@@ -137,7 +140,7 @@ pub(crate) fn hide(values: &mut [f64]) -> Vec<Sentinel> {
 
 /// The same for samples in order of time.
 pub(crate) fn hide_in_record(values: &mut [f64]) -> Vec<Sentinel> {
-    hide_each(values, |values| find(values).or_else(|| find_alone(values)))
+    hide_each(values, |values| find(values).or_else(|| find_isolated(values)))
 }
 
 fn hide_each(values: &mut [f64], find: impl Fn(&[f64]) -> Option<Sentinel>) -> Vec<Sentinel> {
@@ -219,7 +222,7 @@ mod tests {
             (lost(1.3, &|i| i % 5 == 0), "too often"),
             (lost(0.8, &|i| i % 23 == 7), "in the middle"),
         ] {
-            assert_eq!(find_alone(&values), None, "{why}");
+            assert_eq!(find_isolated(&values), None, "{why}");
         }
     }
 

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use slipfit::SignalKind;
 
 use super::{
-    chooser::{Chooser, Picked},
+    chooser::{Chooser, ChosenColumn},
     content, named,
     role::{self, Role, names_force},
     units::{self, Measures},
@@ -208,12 +208,14 @@ impl Chooser<'_> {
         }
         // Swings are comparable only within one unit.
         let unit = &self.head.names[best[0]].unit;
-        let greatest = best
-            .iter()
-            .copied()
-            .filter(|&c| self.head.names[c].unit == *unit)
-            .reduce(|held, c| if self.contents[c].swing > self.contents[held].swing { c } else { held })
-            .unwrap_or(best[0]);
+        let greatest =
+            best.iter()
+                .copied()
+                .filter(|&c| self.head.names[c].unit == *unit)
+                .reduce(|held, c| {
+                    if self.contents[c].greatest_rms > self.contents[held].greatest_rms { c } else { held }
+                })
+                .unwrap_or(best[0]);
         let prefix = if like.is_empty() { String::new() } else { format!("{like}, and ") };
         Ok((greatest, format!("{prefix}has the strongest decaying oscillation among {among}")))
     }
@@ -304,10 +306,10 @@ impl Chooser<'_> {
     }
 
     /// The signal, and whether its levels have to be made linear.
-    pub(super) fn signal_taken(&self, index: usize, why: &str) -> (Picked, bool) {
+    pub(super) fn signal_taken(&self, index: usize, why: &str) -> (ChosenColumn, bool) {
         let written = self.written_unit(index);
         let linear = units::linear_unit(written);
         let unit = linear.unwrap_or(written).to_owned();
-        (Picked { unit, ..self.picked(index, why) }, linear.is_some())
+        (ChosenColumn { unit, ..self.choose_column(index, why) }, linear.is_some())
     }
 }

@@ -1,7 +1,7 @@
 //! Times in two columns: whole seconds, and fractions of a second to be added.
 
 use super::{
-    chooser::{Chooser, Fraction, Picked},
+    chooser::{Chooser, ChosenColumn, Fraction},
     clock::Time,
     name,
     role::Role,
@@ -11,7 +11,7 @@ use crate::report::Note;
 
 impl Fraction {
     fn unit(self) -> &'static str {
-        match self.a_second {
+        match self.per_second {
             1e3 => "ms",
             1e6 => "us",
             1e9 => "ns",
@@ -51,7 +51,7 @@ impl Chooser<'_> {
                 is_fraction && of_second == before && fraction.contains(last)
             })
         };
-        self.near.iter().find_map(|&c| Some((c, Fraction { index: pair(c)?, a_second: 1e9 })))
+        self.near.iter().find_map(|&c| Some((c, Fraction { index: pair(c)?, per_second: 1e9 })))
     }
 
     /// Times as written by loggers and multimeters: a time of day `10:22:33` that is constant within a second, next to
@@ -67,12 +67,12 @@ impl Chooser<'_> {
             let (content, name) = (self.contents[index], &self.head.names[index]);
             let says_part =
                 || name::words(&name.header).iter().any(|word| units::listed("fraction fractional", word));
-            let a_second = match name.measures() {
-                Some(Measures::Time(Seconds::Over(a_second))) => a_second,
+            let per_second = match name.measures() {
+                Some(Measures::Time(Seconds::Over(per_second))) => per_second,
                 Some(Measures::Time(Seconds::Same)) | None if says_part() => 1.0,
                 _ => return None,
             };
-            (content.least >= 0.0 && content.greatest < a_second).then_some(Fraction { index, a_second })
+            (content.least >= 0.0 && content.greatest < per_second).then_some(Fraction { index, per_second })
         };
         self.near.iter().copied().filter(in_seconds).find_map(|whole| {
             let others = self.near.iter().copied().filter(|&other| other != whole);
@@ -85,7 +85,7 @@ impl Chooser<'_> {
     fn is_clock(&self, whole: usize, part: Fraction) -> bool {
         let rows = self.values[whole].iter().zip(&self.values[part.index]);
         let times: Vec<f64> = rows
-            .map(|(whole, fraction)| whole + fraction / part.a_second)
+            .map(|(whole, fraction)| whole + fraction / part.per_second)
             .filter(|t| t.is_finite())
             .collect();
         let up = times.windows(2).filter(|w| w[1] > w[0]).count();
@@ -101,9 +101,9 @@ impl Chooser<'_> {
         self.notes.push(Note::new(text).hint("time", "names another column"));
         self.fraction = Some(fraction);
         Time::Column(
-            Picked {
+            ChosenColumn {
                 unit: "s".to_owned(),
-                ..self.picked(whole, "whole seconds, to which parts of one are added")
+                ..self.choose_column(whole, "whole seconds, to which parts of one are added")
             },
             Seconds::Same,
         )

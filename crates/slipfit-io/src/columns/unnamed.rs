@@ -39,7 +39,7 @@ impl Chooser<'_> {
 
     /// Whether a resonance fits two columns over a third far better as real and imaginary part than either of them
     /// alone as an amplitude.
-    pub(super) fn are_no_amplitudes(&self, over: usize, first: usize, second: usize) -> bool {
+    pub(super) fn are_parts_not_amplitudes(&self, over: usize, first: usize, second: usize) -> bool {
         let rows = self.rows_of([over, first, second]);
         let parts = of_pole(&rows.iter().map(|&[f, a, b]| (f, Phasor::new(a, b))).collect::<Vec<_>>());
         let amplitude = |k: usize| of_amplitude(&rows.iter().map(|row| (row[0], row[k])).collect::<Vec<_>>());

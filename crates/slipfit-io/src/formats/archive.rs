@@ -10,7 +10,7 @@ use crate::{
     format::Format,
     tables::{
         arrays::{self, NamedValues},
-        table::HeldTables,
+        table::LoadedTables,
         text,
     },
 };
@@ -22,7 +22,7 @@ const MOST_MEMBERS: usize = 1000;
 
 /// Reads an archive of any of these kinds; only the first `most_cells` cells of each sheet of a workbook.
 #[cfg_attr(not(feature = "excel"), expect(unused_variables, reason = "only workbooks have sheets"))]
-pub(crate) fn tables(bytes: Vec<u8>, most_cells: usize) -> Result<(HeldTables, Format), ReadProblem> {
+pub(crate) fn tables(bytes: Vec<u8>, most_cells: usize) -> Result<(LoadedTables, Format), ReadProblem> {
     let mut archive = Archive::new(Cursor::new(bytes)).map_err(|e| Format::Zip.broken(e))?;
     let mut names: Vec<String> =
         archive.file_names().take(MOST_MEMBERS).flatten().map(|n| n.into_owned()).collect();
@@ -69,7 +69,7 @@ fn member(archive: &mut Archive, name: &str) -> Result<Vec<u8>, ReadProblem> {
     unpack(member).map_err(|e| Format::Zip.broken(format!("{name}: {e}")))
 }
 
-fn npz(archive: &mut Archive, names: &[String]) -> Result<HeldTables, ReadProblem> {
+fn npz(archive: &mut Archive, names: &[String]) -> Result<LoadedTables, ReadProblem> {
     let (mut found, mut notes, mut named) = (Vec::new(), Vec::new(), NamedValues::new());
     for name in names {
         let Some(plain) = name.strip_suffix(".npy") else { continue };
@@ -92,13 +92,13 @@ fn npz(archive: &mut Archive, names: &[String]) -> Result<HeldTables, ReadProble
 }
 
 /// Texts packed together, as in phyphox exports: tables next to `meta/`.
-fn packed_texts(archive: &mut Archive, names: &[&String]) -> Result<HeldTables, ReadProblem> {
+fn packed_texts(archive: &mut Archive, names: &[&String]) -> Result<LoadedTables, ReadProblem> {
     let (meta, data): (Vec<&String>, Vec<&String>) =
         names.iter().copied().partition(|n| n.starts_with("meta/") || n.contains("/meta/"));
-    let mut tables = HeldTables::default();
+    let mut tables = LoadedTables::default();
     let mut problems = Vec::new();
     for name in data {
-        match member(archive, name).and_then(|bytes| text::hold(&bytes)) {
+        match member(archive, name).and_then(|bytes| text::load_tables(&bytes)) {
             Ok(held) => tables.absorb(held, name.rsplit('/').next().unwrap_or(name)),
             Err(problem) => problems.push(format!("{name} was not read: {problem}")),
         }
@@ -123,7 +123,7 @@ fn packed_texts(archive: &mut Archive, names: &[&String]) -> Result<HeldTables, 
 
 /// The clock of a phyphox experiment stops during a pause, while the oscillator continues to swing; `meta/time.csv`
 /// gives the duration of the pause. Times after a pause are shifted by it.
-fn phyphox_pauses(tables: &mut HeldTables, text: &str) -> Option<String> {
+fn phyphox_pauses(tables: &mut LoadedTables, text: &str) -> Option<String> {
     let mut pauses: Vec<(f64, f64)> = Vec::new();
     let mut paused: Option<(f64, f64)> = None;
     for line in text.lines() {

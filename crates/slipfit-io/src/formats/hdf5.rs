@@ -15,7 +15,7 @@ use crate::{
     tables::binary::{Kind, Stored},
     tables::guard,
     tables::known::{Known, not_found},
-    tables::table::HeldTables,
+    tables::table::LoadedTables,
 };
 
 /// Maximum depth of nested groups; links can form cycles.
@@ -43,7 +43,7 @@ fn limits(bytes: usize) -> (OpenOptions, usize) {
 }
 
 /// Reads all data sets of one or two dimensions.
-pub(crate) fn tables(bytes: Vec<u8>) -> Result<HeldTables, ReadProblem> {
+pub(crate) fn tables(bytes: Vec<u8>) -> Result<LoadedTables, ReadProblem> {
     let (options, most) = limits(bytes.len());
     let mut found = Found { left: most, ..Found::default() };
     let decode = || {

@@ -9,7 +9,7 @@ use crate::{
     format::Format,
     tables::arrays::{self, Array, NamedValues},
     tables::binary::{Kind, Stored},
-    tables::table::HeldTables,
+    tables::table::LoadedTables,
 };
 
 /// Maximum depth of nested structs and cells.
@@ -119,7 +119,7 @@ struct Found {
 }
 
 /// Reads all variables.
-pub(crate) fn tables(bytes: &[u8]) -> Result<HeldTables, ReadProblem> {
+pub(crate) fn tables(bytes: &[u8]) -> Result<LoadedTables, ReadProblem> {
     let big = match bytes.get(126..128) {
         Some(b"IM") => false,
         Some(b"MI") => true,

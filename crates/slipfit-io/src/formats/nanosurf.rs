@@ -5,7 +5,7 @@ use crate::{
     error::ReadProblem,
     format::Format,
     tables::binary::{Kind, Stored},
-    tables::table::HeldTables,
+    tables::table::LoadedTables,
 };
 
 /// Maximum number of points along a line.
@@ -34,13 +34,13 @@ impl<'a> Header<'a> {
 }
 
 /// One table per line of each channel group.
-pub(crate) fn tables(bytes: &[u8]) -> Result<HeldTables, ReadProblem> {
+pub(crate) fn tables(bytes: &[u8]) -> Result<LoadedTables, ReadProblem> {
     let end = memchr::memmem::find(bytes, b"#!")
         .ok_or_else(|| Format::NanoSurf.broken("no samples follow its header (#!)"))?;
     let text = crate::tables::text::decoded(&bytes[..end]);
     let header = Header { text: &text };
     let mut samples = &bytes[end + 2..];
-    let mut tables = HeldTables::default();
+    let mut tables = LoadedTables::default();
     // Groups and channels are numbered; the samples follow in this order.
     let mut channels: Vec<(u32, u32, &str)> = header
         .section("DataSet")

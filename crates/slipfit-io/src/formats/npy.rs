@@ -5,14 +5,14 @@ use crate::{
     format::Format,
     tables::arrays::{self, Array, NamedValues},
     tables::binary::{Kind, Stored},
-    tables::table::HeldTables,
+    tables::table::LoadedTables,
 };
 
 /// Maximum depth of nested brackets in a header.
 const DEEPEST: usize = 8;
 
 /// The tables of one `.npy` file.
-pub(crate) fn tables(bytes: &[u8]) -> Result<HeldTables, ReadProblem> {
+pub(crate) fn tables(bytes: &[u8]) -> Result<LoadedTables, ReadProblem> {
     let Contents { arrays, note, .. } = contents(bytes, "", "x")?;
     if arrays.is_empty() {
         return Err(Format::Npy.broken("it holds no rows of numbers"));

@@ -7,7 +7,7 @@ use crate::{
     error::ReadProblem,
     format::Format,
     tables::sheet::{self, Cell, Sheet},
-    tables::table::HeldTables,
+    tables::table::LoadedTables,
     tables::unpack::Archive,
 };
 
@@ -18,7 +18,7 @@ const MOST_COLUMNS: u32 = 1 << 14;
 const MOST_REPEATED: usize = 1 << 22;
 
 /// Reads every sheet, cell by cell, up to `most_cells` cells each.
-pub(crate) fn tables(archive: &mut Archive, most_cells: usize) -> Result<HeldTables, ReadProblem> {
+pub(crate) fn tables(archive: &mut Archive, most_cells: usize) -> Result<LoadedTables, ReadProblem> {
     let mut reader = Reader { left: most_cells, most_cells, ..Reader::default() };
     events_while(archive, "content.xml", Format::Ods, |event| {
         reader.take(&event)?;

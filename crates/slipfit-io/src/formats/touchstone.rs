@@ -5,7 +5,7 @@ use crate::{
     error::ReadProblem,
     format::Format,
     report::Skipped,
-    tables::{arrays, table::HeldTables},
+    tables::{arrays, table::LoadedTables},
 };
 
 /// Words after `#`: unit of frequency, kind of parameter, form of the pairs.
@@ -65,7 +65,7 @@ pub(crate) fn fits(head: &[u8]) -> bool {
 }
 
 /// Reads the network data; noise data after them are left out and counted.
-pub(crate) fn tables(bytes: &[u8]) -> Result<HeldTables, ReadProblem> {
+pub(crate) fn tables(bytes: &[u8]) -> Result<LoadedTables, ReadProblem> {
     let text = String::from_utf8_lossy(bytes);
     let (mut options, mut rows, mut skipped) = (None, Vec::<Vec<f64>>::new(), Vec::<Skipped>::new());
     let mut skip =
@@ -124,7 +124,7 @@ pub(crate) fn tables(bytes: &[u8]) -> Result<HeldTables, ReadProblem> {
         });
     }
     let columns = (0..headers.len()).map(|c| rows.iter().map(|r| r[c]).collect()).collect();
-    let mut tables = HeldTables::default();
+    let mut tables = LoadedTables::default();
     tables.push(Head::of(headers), columns, skipped);
     Ok(tables)
 }

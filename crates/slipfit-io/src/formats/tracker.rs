@@ -3,7 +3,7 @@
 use quick_xml::{Reader, events::Event};
 
 use crate::{
-    columns::head::Head, error::ReadProblem, format::Format, report::Note, tables::table::HeldTables,
+    columns::head::Head, error::ReadProblem, format::Format, report::Note, tables::table::LoadedTables,
 };
 
 /// Maximum depth of nested properties.
@@ -85,13 +85,13 @@ pub(crate) fn fits(head: &[u8]) -> bool {
 }
 
 /// One table per point mass of the project.
-pub(crate) fn tables(bytes: &[u8]) -> Result<HeldTables, ReadProblem> {
+pub(crate) fn tables(bytes: &[u8]) -> Result<LoadedTables, ReadProblem> {
     let text = String::from_utf8_lossy(bytes);
     let root = parse(&text)?;
     let scale = Scale::of(&root);
     let mut masses = Vec::new();
     root.of_class("PointMass", &mut masses);
-    let mut tables = HeldTables::default();
+    let mut tables = LoadedTables::default();
     for (i, mass) in masses.into_iter().enumerate() {
         let name = mass.named("name").map(|n| n.text.trim().to_owned()).filter(|n| !n.is_empty());
         let Some(frames) = mass.named("framedata") else { continue };

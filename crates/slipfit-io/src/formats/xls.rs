@@ -6,7 +6,7 @@ use crate::{
     error::ReadProblem,
     format::Format,
     tables::sheet::{self, Cell, Sheet},
-    tables::table::HeldTables,
+    tables::table::LoadedTables,
 };
 
 // Record numbers of [MS-XLS] 2.3.
@@ -23,7 +23,7 @@ const LABEL: u16 = 0x0204;
 const BOF: u16 = 0x0809;
 
 /// Reads every sheet.
-pub(crate) fn tables(bytes: Vec<u8>) -> Result<HeldTables, ReadProblem> {
+pub(crate) fn tables(bytes: Vec<u8>) -> Result<LoadedTables, ReadProblem> {
     let size = bytes.len() as u64;
     let mut file = cfb::CompoundFile::open(Cursor::new(bytes)).map_err(|e| Format::Xls.broken(e))?;
     let name = ["/Workbook", "/Book"].into_iter().find(|n| file.is_stream(n));

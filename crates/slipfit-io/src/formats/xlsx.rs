@@ -10,7 +10,7 @@ use crate::{
     error::ReadProblem,
     format::Format,
     tables::sheet::{self, Cell, Sheet},
-    tables::table::HeldTables,
+    tables::table::LoadedTables,
     tables::unpack::Archive,
 };
 
@@ -22,7 +22,7 @@ const BEFORE_1970: f64 = 25_569.0;
 const FROM_1904: f64 = 24_107.0;
 
 /// Reads every sheet, cell by cell, up to `most_cells` cells each.
-pub(crate) fn tables(archive: &mut Archive, most_cells: usize) -> Result<HeldTables, ReadProblem> {
+pub(crate) fn tables(archive: &mut Archive, most_cells: usize) -> Result<LoadedTables, ReadProblem> {
     let strings = strings(archive)?;
     let dates = date_styles(archive)?;
     let before_1970 = before_1970(archive)?;

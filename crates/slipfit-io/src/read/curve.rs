@@ -12,7 +12,7 @@ use crate::{
     error::{ReadError, ReadProblem},
     options::ReadOptions,
     report::{Note, ReadReport, SweepReading},
-    tables::table::{Held, TableSource},
+    tables::table::{LoadedTable, TableSource},
 };
 
 /// Reads a curve from one file that contains it, or from several files or a folder of driven records.
@@ -51,7 +51,10 @@ pub(crate) fn read(origin: Origin<'_>, name: &str, options: &ReadOptions) -> Res
 }
 
 /// The curve of the requested table, or of the first one that contains a curve.
-pub(super) fn from_tables(tables: &[Held], options: &ReadOptions) -> Result<SweepReading, ReadProblem> {
+pub(super) fn from_tables(
+    tables: &[LoadedTable],
+    options: &ReadOptions,
+) -> Result<SweepReading, ReadProblem> {
     let names: Vec<&str> = tables.iter().map(|t| t.head.name.as_str()).collect();
     let candidates: Vec<usize> = match &options.sheet {
         Some(wanted) => vec![pick::find(wanted, &names)?],
@@ -75,8 +78,8 @@ pub(super) fn from_tables(tables: &[Held], options: &ReadOptions) -> Result<Swee
     Err(problem.unwrap_or(ReadProblem::Empty))
 }
 
-fn from_table(table: &Held, options: &ReadOptions) -> Result<SweepReading, ReadProblem> {
-    let Held { head, columns, skipped, dialect, .. } = table;
+fn from_table(table: &LoadedTable, options: &ReadOptions) -> Result<SweepReading, ReadProblem> {
+    let LoadedTable { head, columns, skipped, dialect, .. } = table;
     let first_row = dialect.as_ref().map(|d| d.first_data_row);
     let choice = curve::choose(head, columns, options)?;
     // Rows are lines of the file only if none was left out.
@@ -88,7 +91,7 @@ fn from_table(table: &Held, options: &ReadOptions) -> Result<SweepReading, ReadP
         dialect: dialect.clone(),
         rows_read: built.rows_read,
         skipped: built.skipped,
-        taken: choice.columns().into_iter().map(|(what, picked)| (what, picked.taken(head))).collect(),
+        taken: choice.columns().into_iter().map(|(what, chosen)| (what, chosen.taken(head))).collect(),
         kind: choice.kind,
         named: choice.named,
         runs: choice.runs,

@@ -56,9 +56,9 @@ pub(crate) fn glance(
     curve: Option<&ReadOptions>,
 ) -> Result<Glance, ReadError> {
     let failed = |error| ReadError::new(name, ReadProblem::Io(error));
-    let held = Held::new(origin).map_err(failed)?;
-    let again = || held.again().map_err(failed);
-    let head = beginning(again()?).map_err(failed)?;
+    let source = RepeatableSource::new(origin).map_err(failed)?;
+    let from_start = || source.from_start().map_err(failed);
+    let head = beginning(from_start()?).map_err(failed)?;
     let from_source = |source: &mut dyn TableSource| {
         let tables = gathered(source, most_rows)?;
         if source.dialect(0).is_some() {
@@ -82,7 +82,7 @@ pub(crate) fn glance(
         Ok((tables, Some(reading), sweep, in_part))
     };
     let ((tables, reading, sweep, in_part), fingerprint) =
-        opened_in_part(again()?, record.format, None, MOST_CELLS, from_source)
+        opened_in_part(from_start()?, record.format, None, MOST_CELLS, from_source)
             .map_err(|problem| ReadError::new(name, problem))?;
     let cut = tables.iter().any(|table| table.cut);
     let record = match reading {
@@ -91,8 +91,8 @@ pub(crate) fn glance(
             Ok(reading)
         }
         Some(Err(problem)) => Err(ReadError::new(name, problem)),
-        None => held
-            .once_more(&fingerprint)
+        None => source
+            .from_start_hashed(&fingerprint)
             .map_err(failed)
             .and_then(|origin| record::read(origin, name, record, None)),
     };
@@ -108,12 +108,12 @@ pub(crate) fn glance(
 }
 
 /// A source that can be read more than once: a stream is read once and kept.
-enum Held {
+enum RepeatableSource {
     File(File),
     Bytes(Vec<u8>),
 }
 
-impl Held {
+impl RepeatableSource {
     fn new(origin: Origin<'_>) -> io::Result<Self> {
         match origin {
             Origin::File(file) => Ok(Self::File(file)),
@@ -127,7 +127,7 @@ impl Held {
     }
 
     /// The source from its beginning.
-    fn again(&self) -> io::Result<Origin<'_>> {
+    fn from_start(&self) -> io::Result<Origin<'_>> {
         match self {
             Self::File(file) => {
                 let mut file = file.try_clone()?;
@@ -139,9 +139,9 @@ impl Held {
     }
 
     /// The source from its beginning, after its bytes have been hashed: a file may have changed since.
-    fn once_more(&self, Fingerprint { sha256, .. }: &Fingerprint) -> io::Result<Origin<'_>> {
+    fn from_start_hashed(&self, Fingerprint { sha256, .. }: &Fingerprint) -> io::Result<Origin<'_>> {
         match self {
-            Self::File(_) => self.again(),
+            Self::File(_) => self.from_start(),
             Self::Bytes(bytes) => Ok(Origin::Hashed(bytes, sha256.clone())),
         }
     }

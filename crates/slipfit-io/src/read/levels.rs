@@ -7,11 +7,11 @@ use super::{
     pick,
 };
 use crate::{
-    columns::{Chooser, Picked, head::Head, quadrature::Pair, role::Role, rows, scale::Scale, units},
+    columns::{Chooser, ChosenColumn, head::Head, quadrature::Pair, role::Role, rows, scale::Scale, units},
     error::{Needed, OptionProblem, ReadError, ReadProblem},
     options::ReadOptions,
     report::{LevelReading, Note, ReadReport},
-    tables::table::{Held, TableSource},
+    tables::table::{LoadedTable, TableSource},
 };
 
 /// Reads drive levels and the resulting amplitudes.
@@ -26,7 +26,7 @@ pub(crate) fn read(origin: Origin<'_>, name: &str, options: &ReadOptions) -> Res
     Ok(reading)
 }
 
-fn from_tables(tables: &[Held], options: &ReadOptions) -> Result<LevelReading, ReadProblem> {
+fn from_tables(tables: &[LoadedTable], options: &ReadOptions) -> Result<LevelReading, ReadProblem> {
     let names: Vec<&str> = tables.iter().map(|t| t.head.name.as_str()).collect();
     if let Some(wanted) = &options.sheet {
         return from_table(&tables[pick::find(wanted, &names)?], &[], options);
@@ -55,15 +55,16 @@ fn from_tables(tables: &[Held], options: &ReadOptions) -> Result<LevelReading, R
 
 /// Joins tables with the same columns, each a curve over frequency, and gives the first row of each. `None` if there
 /// are not several.
-fn curves(tables: &[Held]) -> Option<(Held, Vec<usize>)> {
-    let has = |t: &Held, wanted: Role| {
+fn curves(tables: &[LoadedTable]) -> Option<(LoadedTable, Vec<usize>)> {
+    let has = |t: &LoadedTable, wanted: Role| {
         let varies = |c: &[f64]| c.windows(2).any(|w| w[0] != w[1]);
         let columns = t.head.names.iter().zip(&t.columns);
         columns.into_iter().any(|(name, values)| Role::in_curve(name) == wanted && varies(values))
     };
-    let is_curve = |t: &&Held| [Role::Frequency, Role::Drive, Role::Amplitude].iter().all(|r| has(t, *r));
+    let is_curve =
+        |t: &&LoadedTable| [Role::Frequency, Role::Drive, Role::Amplitude].iter().all(|r| has(t, *r));
     let first = tables.iter().find(is_curve)?;
-    let headers = |t: &Held| t.head.names.iter().map(|n| n.header.clone()).collect::<Vec<_>>();
+    let headers = |t: &LoadedTable| t.head.names.iter().map(|n| n.header.clone()).collect::<Vec<_>>();
     let mut joint = first.clone();
     joint.head.name.clear();
     joint.columns.iter_mut().for_each(Vec::clear);
@@ -79,12 +80,12 @@ fn curves(tables: &[Held]) -> Option<(Held, Vec<usize>)> {
 
 /// Columns to be read from a table.
 struct Choice {
-    drive: Picked,
+    drive: ChosenColumn,
     /// The amplitudes, or the real part of the response.
-    amplitude: Picked,
+    amplitude: ChosenColumn,
     /// The imaginary part of the response; the amplitude is then the modulus of both parts.
-    imaginary: Option<Picked>,
-    std_error: Option<Picked>,
+    imaginary: Option<ChosenColumn>,
+    std_error: Option<ChosenColumn>,
     frequency: Option<usize>,
     /// Whether drive and amplitude are in decibels and have to be made linear.
     levels: [bool; 2],
@@ -94,7 +95,7 @@ struct Choice {
 
 impl Choice {
     /// The columns read, with their roles.
-    fn columns(&self) -> Vec<(&'static str, &Picked)> {
+    fn columns(&self) -> Vec<(&'static str, &ChosenColumn)> {
         let std_error = self.std_error.as_ref().map(|p| ("std_error", p));
         let imaginary = self.imaginary.as_ref().map(|p| ("imaginary", p));
         let amplitude = if imaginary.is_some() { "real" } else { "amplitude" };
@@ -159,9 +160,9 @@ impl Chooser<'_> {
         };
         let frequency = of(self, Role::Frequency, &[drive, amplitude]);
         let (amplitude, linear_amplitude) = self.in_unit(amplitude, why_amplitude, options.unit.as_ref());
-        let imaginary = imaginary.map(|(index, why)| self.picked(index, why));
+        let imaginary = imaginary.map(|(index, why)| self.choose_column(index, why));
         let (drive, linear_drive) = self.in_unit(drive, why_drive, options.drive_unit.as_ref());
-        let std_error = std_error.map(|(index, why)| self.picked(index, why));
+        let std_error = std_error.map(|(index, why)| self.choose_column(index, why));
         let levels = [linear_drive, linear_amplitude];
         let named = self.roles[drive.index] == Role::Drive;
         Ok(Choice { drive, amplitude, imaginary, std_error, frequency, levels, named })
@@ -202,9 +203,9 @@ impl Chooser<'_> {
     }
 
     /// A column in its own unit or the given one, and whether it holds decibels.
-    fn in_unit(&mut self, index: usize, why: &str, given: Option<&String>) -> (Picked, bool) {
-        let mut picked = self.picked(index, why);
-        let written = given.unwrap_or(&picked.unit).trim().to_owned();
+    fn in_unit(&mut self, index: usize, why: &str, given: Option<&String>) -> (ChosenColumn, bool) {
+        let mut chosen = self.choose_column(index, why);
+        let written = given.unwrap_or(&chosen.unit).trim().to_owned();
         let linear = units::linear_unit(&written);
         if linear.is_some() {
             let text = format!(
@@ -213,17 +214,21 @@ impl Chooser<'_> {
             );
             self.notes.push(text.into());
         }
-        picked.unit = linear.map_or(written, str::to_owned);
-        (picked, linear.is_some())
+        chosen.unit = linear.map_or(written, str::to_owned);
+        (chosen, linear.is_some())
     }
 }
 
 /// The points of a table, or of several tables that begin in the rows `starts`.
-fn from_table(table: &Held, starts: &[usize], options: &ReadOptions) -> Result<LevelReading, ReadProblem> {
-    let Held { head, columns, .. } = table;
+fn from_table(
+    table: &LoadedTable,
+    starts: &[usize],
+    options: &ReadOptions,
+) -> Result<LevelReading, ReadProblem> {
+    let LoadedTable { head, columns, .. } = table;
     let mut chooser = Chooser::of_curve(head, columns, options);
     let choice = chooser.levels()?;
-    let mut taken: Vec<usize> = choice.columns().into_iter().map(|(_, picked)| picked.index).collect();
+    let mut taken: Vec<usize> = choice.columns().into_iter().map(|(_, chosen)| chosen.index).collect();
     let mut skipped = table.skipped.clone();
     let rows = rows::complete(columns, &taken, 1, &mut skipped);
     if let Some(imaginary) = &choice.imaginary {
@@ -289,7 +294,7 @@ fn from_table(table: &Held, starts: &[usize], options: &ReadOptions) -> Result<L
     let report = ReadReport {
         rows_read: rows.len() as u64,
         skipped,
-        taken: choice.columns().into_iter().map(|(what, picked)| (what, picked.taken(head))).collect(),
+        taken: choice.columns().into_iter().map(|(what, chosen)| (what, chosen.taken(head))).collect(),
         named: choice.named,
         notes: chooser.notes,
         dialect: table.dialect.clone(),

@@ -16,7 +16,7 @@ use crate::{
     input::Input,
     report::{Dialect, ReadReport},
     tables::{
-        table::{self, Held, TableSource, Tables},
+        table::{self, LoadedTable, TableSource, Tables},
         text::Text,
     },
 };
@@ -69,20 +69,23 @@ impl Origin<'_> {
 
 /// All tables of a file of any format, with the first `most_rows` rows of each.
 pub(crate) fn tables(origin: Origin<'_>, name: &str, most_rows: usize) -> Result<Tables, ReadError> {
-    let (held, fingerprint) = opened(origin, None, None, |source| gathered(source, most_rows))
+    let (tables, fingerprint) = opened(origin, None, None, |source| gathered(source, most_rows))
         .map_err(|problem| ReadError::new(name, problem))?;
-    Ok(described(held, fingerprint, name))
+    Ok(described(tables, fingerprint, name))
 }
 
 /// The tables of a file with this name.
-pub(super) fn described(held: Vec<Held>, fingerprint: Fingerprint, name: &str) -> Tables {
+pub(super) fn described(tables: Vec<LoadedTable>, fingerprint: Fingerprint, name: &str) -> Tables {
     let Fingerprint { format, dialect, sha256, bytes } = fingerprint;
-    let tables = held.into_iter().map(Into::into).collect();
+    let tables = tables.into_iter().map(Into::into).collect();
     Tables { path: name.to_owned(), format, sha256, bytes, dialect, tables }
 }
 
 /// All tables of a source, with the first `most_rows` rows of each.
-pub(super) fn gathered(source: &mut dyn TableSource, most_rows: usize) -> Result<Vec<Held>, ReadProblem> {
+pub(super) fn gathered(
+    source: &mut dyn TableSource,
+    most_rows: usize,
+) -> Result<Vec<LoadedTable>, ReadProblem> {
     (0..source.heads().len()).map(|table| table::gather(source, table, most_rows)).collect()
 }
 

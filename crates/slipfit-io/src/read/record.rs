@@ -69,13 +69,13 @@ impl Samples {
     fn leave_out_sentinels(&mut self, choice: &Choice) {
         let columns = [Some(&choice.signal), choice.quadrature.as_ref()];
         let mut hidden = false;
-        for (at, picked) in columns.into_iter().flatten().enumerate() {
+        for (at, chosen) in columns.into_iter().flatten().enumerate() {
             let found =
                 sentinel::hide_in_record(if at == 0 { &mut self.signal } else { &mut self.quadrature });
             hidden |= !found.is_empty();
             for sentinel in found {
                 let row = self.line(sentinel.first);
-                self.skipped.push(sentinel.skipped(picked.index + 1, row));
+                self.skipped.push(sentinel.skipped(chosen.index + 1, row));
             }
         }
         if !hidden {
@@ -209,8 +209,8 @@ fn scan(
 ) -> Result<Samples, ReadProblem> {
     let mut wanted = vec![choice.signal.index];
     let time = match &choice.time {
-        Time::Column(picked, seconds) | Time::Intervals(picked, seconds) => {
-            wanted.push(picked.index);
+        Time::Column(chosen, seconds) | Time::Intervals(chosen, seconds) => {
+            wanted.push(chosen.index);
             Some(*seconds)
         }
         Time::Rate(_) => None,
@@ -240,11 +240,11 @@ fn scan(
     let mut left_out = LeftOut::default();
     let skipped = source.scan(table, &wanted, &mut |batch| {
         let first_line = batch.line.unwrap_or(rows_before + 1);
-        let mut odd = batch.odd.iter().peekable();
+        let mut irregularities = batch.irregularities.iter().peekable();
         let mut lines_passed = 0;
         for i in 0..=batch.rows() {
             let mut reason = None;
-            while let Some(next) = odd.next_if(|odd| odd.row == i) {
+            while let Some(next) = irregularities.next_if(|irregularity| irregularity.row == i) {
                 if next.reason.is_no_row() {
                     left_out.count(&next.reason, first_line + i as u64 + lines_passed);
                     lines_passed += 1;
@@ -272,7 +272,7 @@ fn scan(
             };
             let mut stamp = batch.columns[1][i];
             if let Some(fraction) = choice.fraction {
-                stamp += batch.columns[wanted.len() - 1][i] / fraction.a_second;
+                stamp += batch.columns[wanted.len() - 1][i] / fraction.per_second;
             }
             if is_interval && stamp.is_finite() {
                 // The first sample has no predecessor.
@@ -324,7 +324,7 @@ fn finish(head: &Head, mut choice: Choice, mut samples: Samples) -> Result<Readi
     let mut advice = None;
     choice.notes.extend(past_midnight(&mut samples.time_s));
     if samples.averaging.factor() == 1 {
-        choice.notes.extend(put_on_step(head, &choice.time, &mut samples.time_s));
+        choice.notes.extend(snap_to_step(head, &choice.time, &mut samples.time_s));
         advice = rounded::advice(&samples.time_s);
     }
     let Samples { time_s, signal, quadrature, read: rows_read, backwards, skipped, .. } = samples;
@@ -351,7 +351,7 @@ fn finish(head: &Head, mut choice: Choice, mut samples: Samples) -> Result<Readi
         (slipfit::Error::NoSuchRun { asked, found }, _) => ReadProblem::Option {
             option: "run",
             value: asked.to_string(),
-            problem: OptionProblem::OnlySo(found),
+            problem: OptionProblem::NumberTooLarge(found),
         },
         (other, _) => ReadProblem::Data(other),
     })?;
@@ -374,8 +374,8 @@ fn finish(head: &Head, mut choice: Choice, mut samples: Samples) -> Result<Readi
         runs: choice.runs,
         run: choice.run,
         time: Some(match choice.time {
-            Time::Column(picked, _) => TimeSource::Column(picked.taken(head)),
-            Time::Intervals(picked, _) => TimeSource::Intervals(picked.taken(head)),
+            Time::Column(chosen, _) => TimeSource::Column(chosen.taken(head)),
+            Time::Intervals(chosen, _) => TimeSource::Intervals(chosen.taken(head)),
             Time::Rate(rate) => TimeSource::Rate(rate),
         }),
         taken: [Some(signal), quadrature].into_iter().flatten().collect(),
@@ -419,12 +419,12 @@ fn past_midnight(time_s: &mut [f64]) -> Option<Note> {
 }
 
 /// Moves rounded times to multiples of the step stated in the file, if all of them deviate by less than half a step.
-fn put_on_step(head: &Head, time: &Time, time_s: &mut [f64]) -> Option<Note> {
-    let (step, Time::Column(picked, units::Seconds::Same)) = (head.step_s?, time) else { return None };
+fn snap_to_step(head: &Head, time: &Time, time_s: &mut [f64]) -> Option<Note> {
+    let (step, Time::Column(chosen, units::Seconds::Same)) = (head.step_s?, time) else { return None };
     let first = *time_s.first()?;
     let at = |i: usize| first + i as f64 * step;
     let near = |(i, t): (usize, &f64)| (t - at(i)).abs() < 0.5 * step;
-    if picked.index != 0 || !time_s.iter().enumerate().all(near) {
+    if chosen.index != 0 || !time_s.iter().enumerate().all(near) {
         return None;
     }
     time_s.iter_mut().enumerate().for_each(|(i, t)| *t = at(i));

@@ -21,17 +21,17 @@ pub(super) fn advice(time_s: &[f64]) -> Option<Note> {
     if (repeated as f64) < REPEATED * time_s.len() as f64 || time_s.windows(2).any(|w| w[1] < w[0]) {
         return None;
     }
-    let written: Vec<(usize, i32)> = time_s.iter().map(|t| written(*t)).collect();
+    let written: Vec<(usize, i32)> = time_s.iter().map(|t| digits_and_decimals(*t)).collect();
     let digits = written.iter().map(|(digits, _)| *digits).max().filter(|d| *d <= FEW_DIGITS)?;
     // If there are as many decimal places at the end as at the beginning, all times have the same rounding step, which
     // `Record` handles.
     let decade = |t: f64| t.abs().log10().floor();
     let last = decade(*time_s.last()?);
-    let behind = |of_last: bool| {
+    let decimals = |of_last: bool| {
         let of = time_s.iter().zip(&written).filter(|(t, _)| (decade(**t) == last) == of_last);
-        of.map(|(_, (_, behind))| *behind).max()
+        of.map(|(_, (_, decimals))| *decimals).max()
     };
-    if behind(false)? <= behind(true)? {
+    if decimals(false)? <= decimals(true)? {
         return None;
     }
     let text = format!(
@@ -48,7 +48,7 @@ pub(super) fn advice(time_s: &[f64]) -> Option<Note> {
     let quantum = quantum(time_s[fine], digits);
     let advice = if fine > 2 && span > quantum {
         let (rows, rounding) = (fine as f64, 0.5 * quantum);
-        let rate = roundest(rows / (span + rounding), rows / (span - rounding));
+        let rate = fewest_digits_between(rows / (span + rounding), rows / (span - rounding));
         format!("takes the rate of the first {fine}, {rate}")
     } else {
         "gives the rate".to_owned()
@@ -57,14 +57,14 @@ pub(super) fn advice(time_s: &[f64]) -> Option<Note> {
 }
 
 /// The number with the fewest digits between two positive numbers.
-fn roundest(low: f64, high: f64) -> f64 {
+fn fewest_digits_between(low: f64, high: f64) -> f64 {
     let middle = 0.5 * (low + high);
     let with = |digits: usize| format!("{middle:.digits$e}").parse().unwrap_or(middle);
     (0..8).map(with).find(|r| (low..=high).contains(r)).unwrap_or(middle)
 }
 
 /// Number of significant digits of the shortest decimal form of this number, and its number of decimal places.
-fn written(value: f64) -> (usize, i32) {
+fn digits_and_decimals(value: f64) -> (usize, i32) {
     let text = format!("{value:e}");
     let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
     let digits = mantissa.bytes().filter(u8::is_ascii_digit).count();

@@ -1,6 +1,6 @@
 //! Named arrays of MATLAB, NumPy and HDF5 files, joined to tables.
 
-use crate::{columns::head::Head, tables::table::HeldTables};
+use crate::{columns::head::Head, tables::table::LoadedTables};
 
 /// Maximum number of columns of a table: a wider matrix is not a table.
 const MOST_COLUMNS: usize = 4096;
@@ -74,7 +74,7 @@ pub(crate) fn parts(name: &str) -> [String; 2] {
 pub(crate) type NamedValues = Vec<(String, String, String)>;
 
 /// One table per place and length: arrays in the same place with equal lengths belong together.
-pub(crate) fn tables(arrays: Vec<Array>, named: &NamedValues) -> HeldTables {
+pub(crate) fn tables(arrays: Vec<Array>, named: &NamedValues) -> LoadedTables {
     let mut groups: Vec<Vec<Array>> = Vec::new();
     for array in arrays {
         let same = |g: &&mut Vec<Array>| {
@@ -89,7 +89,7 @@ pub(crate) fn tables(arrays: Vec<Array>, named: &NamedValues) -> HeldTables {
             None => groups.push(vec![array]),
         }
     }
-    let mut tables = HeldTables::default();
+    let mut tables = LoadedTables::default();
     tables.must_choose = true;
     let alone = |parent: &str| groups.iter().filter(|g| g[0].parent == parent).count() == 1;
     let names: Vec<String> = groups

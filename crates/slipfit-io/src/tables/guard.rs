@@ -31,9 +31,10 @@ pub(crate) fn guarded<T, E>(
     GUARDED.set(before);
     match outcome {
         Ok(done) => done.map_err(problem),
-        Err(panic) => {
-            Err(ReadProblem::Broken { format, reason: format!("its decoder gave up: {}", said(&*panic)) })
-        }
+        Err(panic) => Err(ReadProblem::Broken {
+            format,
+            reason: format!("its decoder gave up: {}", panic_message(&*panic)),
+        }),
     }
 }
 
@@ -49,7 +50,7 @@ pub(crate) fn budget(packed: usize, most_times: usize) -> usize {
     packed.saturating_mul(most_times).min(affordable).max(SMALL)
 }
 
-fn said(panic: &(dyn Any + Send)) -> &str {
+fn panic_message(panic: &(dyn Any + Send)) -> &str {
     let text = panic.downcast_ref::<&str>().copied();
     text.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("without a word")
 }

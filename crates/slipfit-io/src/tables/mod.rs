@@ -1,8 +1,6 @@
 //! Tables of named columns: their sources, tables made from arrays and sheets, and text.
 
 pub(crate) mod arrays;
-#[cfg(feature = "excel")]
-mod aside;
 pub(crate) mod binary;
 #[cfg(feature = "excel")]
 mod cell;
@@ -12,6 +10,8 @@ pub(crate) mod guard;
 pub(crate) mod known;
 #[cfg(feature = "excel")]
 pub(crate) mod sheet;
+#[cfg(feature = "excel")]
+mod side_cells;
 pub(crate) mod table;
 pub(crate) mod text;
 pub(crate) mod unpack;

@@ -6,9 +6,9 @@ use std::fmt::Write as _;
 
 pub(crate) use super::cell::Cell;
 use super::{
-    aside,
     cell::Place,
-    table::{Held, HeldTables},
+    side_cells,
+    table::{LoadedTable, LoadedTables},
     text,
 };
 use crate::{
@@ -35,25 +35,25 @@ impl Sheet {
     }
 
     /// The tables in it from top to bottom, or the reason why there is none; cells beside them become named values.
-    fn tables(&self) -> Result<Vec<Held>, String> {
-        let aside = aside::find(&self.cells);
-        let text = self.text(&aside)?;
-        let mut tables = text::hold(text.as_bytes()).map_err(|e| e.to_string())?;
-        let (lines, note) = aside::lines(&self.cells, &aside);
+    fn tables(&self) -> Result<Vec<LoadedTable>, String> {
+        let side_cells = side_cells::find(&self.cells);
+        let text = self.text(&side_cells)?;
+        let mut tables = text::load_tables(text.as_bytes()).map_err(|e| e.to_string())?;
+        let (lines, note) = side_cells::lines(&self.cells, &side_cells);
         let stated_rate_hz = stated::rate_hz(lines.iter().map(String::as_str), &['\t'], Decimal::Point);
         let named_values = named::values(lines.into_iter());
-        for held in &mut tables {
-            held.head.stated_rate_hz = held.head.stated_rate_hz.or(stated_rate_hz);
-            held.head.named_values.extend_from_slice(&named_values);
-            held.head.notes.extend(note.clone().map(Into::into));
-            (held.cut, held.dialect) = (self.cut, None);
+        for table in &mut tables {
+            table.head.stated_rate_hz = table.head.stated_rate_hz.or(stated_rate_hz);
+            table.head.named_values.extend_from_slice(&named_values);
+            table.head.notes.extend(note.clone().map(Into::into));
+            (table.cut, table.dialect) = (self.cut, None);
         }
         Ok(tables)
     }
 
-    /// One line per row with tabs between the cells, excluding `aside`, or the reason why this is not possible.
-    fn text(&self, aside: &[Place]) -> Result<String, String> {
-        let within = || self.cells.iter().filter(|(place, _)| aside.binary_search(place).is_err());
+    /// One line per row with tabs between the cells, excluding `side_cells`, or the reason why this is not possible.
+    fn text(&self, side_cells: &[Place]) -> Result<String, String> {
+        let within = || self.cells.iter().filter(|(place, _)| side_cells.binary_search(place).is_err());
         // A single remote cell would give a line of tabs only; the number of tabs is limited by that of cells.
         let mut wide: BTreeMap<u32, u32> = BTreeMap::new();
         for (&(row, column), _) in within() {
@@ -61,7 +61,7 @@ impl Sheet {
         }
         let tabs: u64 = wide.values().map(|w| u64::from(*w)).sum();
         let rows = wide.keys().next_back().map_or(0, |r| u64::from(*r));
-        let cells = (self.cells.len() - aside.len()) as u64;
+        let cells = (self.cells.len() - side_cells.len()) as u64;
         if tabs + rows > 64 * cells + (1 << 16) {
             return Err(format!("its {cells} cells are scattered over {rows} rows"));
         }
@@ -92,12 +92,12 @@ impl Sheet {
 }
 
 /// The tables of all sheets that contain one, and the reasons why the others do not.
-pub(crate) fn tables(sheets: &[Sheet]) -> Result<HeldTables, String> {
-    let mut tables = HeldTables::default();
+pub(crate) fn tables(sheets: &[Sheet]) -> Result<LoadedTables, String> {
+    let mut tables = LoadedTables::default();
     let mut problems = Vec::new();
     for sheet in sheets {
         match sheet.tables() {
-            Ok(held) => tables.absorb(held, &sheet.name),
+            Ok(loaded) => tables.absorb(loaded, &sheet.name),
             Err(problem) => problems.push(format!("sheet `{}`: {problem}", sheet.name)),
         }
     }

@@ -90,7 +90,7 @@ pub(crate) struct Batch<'a> {
     /// Line number of the first row in the file, if rows are lines of it.
     pub(crate) line: Option<u64>,
     /// Lines that are not rows and rows without a number, in order; empty if rows are not lines.
-    pub(crate) odd: &'a [Odd],
+    pub(crate) irregularities: &'a [Irregularity],
     /// Whether more rows have been read already.
     pub(crate) more: bool,
 }
@@ -98,7 +98,7 @@ pub(crate) struct Batch<'a> {
 impl<'a> Batch<'a> {
     /// Rows that are not lines of a text.
     pub(crate) fn of(columns: &'a [&'a [f64]]) -> Self {
-        Self { columns, line: None, odd: &[], more: false }
+        Self { columns, line: None, irregularities: &[], more: false }
     }
 
     pub(crate) fn rows(&self) -> usize {
@@ -108,7 +108,7 @@ impl<'a> Batch<'a> {
 
 /// A line that is not a row, or a row with a missing number.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Odd {
+pub(crate) struct Irregularity {
     /// The row of the batch, or the one after the line.
     pub(crate) row: usize,
     pub(crate) reason: Reason,
@@ -196,7 +196,7 @@ pub(crate) trait TableSource {
     fn scan(&mut self, table: usize, wanted: &[usize], sink: Sink<'_>) -> Result<Vec<Skipped>, ReadProblem>;
 
     /// The first rows of a source that cannot be read twice; the second attempt returns more of them.
-    fn window(&mut self, _attempt: usize) -> Result<Option<Held>, ReadProblem> {
+    fn window(&mut self, _attempt: usize) -> Result<Option<LoadedTable>, ReadProblem> {
         Ok(None)
     }
 
@@ -234,7 +234,7 @@ pub(crate) fn previewed() -> String {
 
 /// A table in memory.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(crate) struct Held {
+pub(crate) struct LoadedTable {
     pub(crate) head: Head,
     pub(crate) columns: Vec<Vec<f64>>,
     /// Rows that gave no number, by reason.
@@ -245,15 +245,15 @@ pub(crate) struct Held {
     pub(crate) dialect: Option<Dialect>,
 }
 
-impl Held {
+impl LoadedTable {
     pub(crate) fn rows(&self) -> usize {
         self.columns.first().map_or(0, Vec::len)
     }
 }
 
-impl From<Held> for Table {
-    fn from(held: Held) -> Self {
-        let Held { head, columns, skipped, cut, .. } = held;
+impl From<LoadedTable> for Table {
+    fn from(table: LoadedTable) -> Self {
+        let LoadedTable { head, columns, skipped, cut, .. } = table;
         let column = |(name, values): (Name, _)| Column { header: name.header, unit: name.unit, values };
         Self {
             name: head.name,
@@ -269,17 +269,17 @@ impl From<Held> for Table {
 
 /// Tables in memory, as used for small formats.
 #[derive(Debug, Default)]
-pub(crate) struct HeldTables {
-    tables: Vec<Held>,
+pub(crate) struct LoadedTables {
+    tables: Vec<LoadedTable>,
     pub(crate) must_choose: bool,
 }
 
-impl HeldTables {
+impl LoadedTables {
     /// Adds a table; its columns may have different lengths.
     pub(crate) fn push(&mut self, head: Head, mut columns: Vec<Vec<f64>>, skipped: Vec<Skipped>) {
         let rows = columns.iter().map(Vec::len).max().unwrap_or(0);
         columns.iter_mut().for_each(|c| c.resize(rows, f64::NAN));
-        self.tables.push(Held { head, columns, skipped, cut: false, dialect: None });
+        self.tables.push(LoadedTable { head, columns, skipped, cut: false, dialect: None });
     }
 
     /// Adds notes to every table.
@@ -294,7 +294,7 @@ impl HeldTables {
     }
 
     /// Adds the tables of a text under a name; if there are several, their own names are appended.
-    pub(crate) fn absorb(&mut self, tables: Vec<Held>, name: &str) {
+    pub(crate) fn absorb(&mut self, tables: Vec<LoadedTable>, name: &str) {
         let alone = tables.len() == 1;
         self.tables.extend(tables.into_iter().map(|mut table| {
             let own = std::mem::take(&mut table.head.name);
@@ -305,7 +305,7 @@ impl HeldTables {
 
     /// Changes every time given in seconds.
     pub(crate) fn map_times(&mut self, change: impl Fn(f64) -> f64) {
-        for Held { head, columns, .. } in &mut self.tables {
+        for LoadedTable { head, columns, .. } in &mut self.tables {
             for (name, column) in head.names.iter().zip(columns) {
                 if Role::in_record(name) == Role::Time && name.unit == "s" {
                     column.iter_mut().for_each(|v| *v = change(*v));
@@ -319,7 +319,7 @@ impl HeldTables {
     }
 }
 
-impl TableSource for HeldTables {
+impl TableSource for LoadedTables {
     fn heads(&self) -> Vec<&Head> {
         self.tables.iter().map(|t| &t.head).collect()
     }
@@ -356,7 +356,7 @@ pub(crate) fn preview(
     source: &mut dyn TableSource,
     table: usize,
     attempt: usize,
-) -> Result<Option<Held>, ReadProblem> {
+) -> Result<Option<LoadedTable>, ReadProblem> {
     match source.window(attempt)? {
         None if attempt == 0 => gather(source, table, PREVIEW_ROWS).map(Some),
         window => Ok(window),
@@ -368,35 +368,36 @@ pub(crate) fn gather(
     source: &mut dyn TableSource,
     table: usize,
     most_rows: usize,
-) -> Result<Held, ReadProblem> {
+) -> Result<LoadedTable, ReadProblem> {
     let head = source.heads()[table].clone();
     let wanted = head.all();
     let mut columns: Vec<Vec<f64>> = vec![Vec::new(); wanted.len()];
-    let (mut held, mut cut) = (0, false);
+    let (mut rows, mut cut) = (0, false);
     let mut left_out = LeftOut::default();
     let mut skipped = source.scan(table, &wanted, &mut |batch| {
         let mut take = |from: usize, to: usize| {
-            let to = to.min(from.saturating_add(most_rows - held));
-            for (held, new) in columns.iter_mut().zip(batch.columns) {
-                held.extend_from_slice(&new[from..to]);
+            let to = to.min(from.saturating_add(most_rows - rows));
+            for (column, new) in columns.iter_mut().zip(batch.columns) {
+                column.extend_from_slice(&new[from..to]);
             }
-            held += to - from;
+            rows += to - from;
             to
         };
         let (mut row, mut lines) = (0, 0);
-        for odd in batch.odd {
-            let empty = !odd.reason.is_no_row() && batch.columns.iter().all(|c| c[odd.row].is_nan());
-            if !empty && !odd.reason.is_no_row() {
+        for irregularity in batch.irregularities {
+            let empty = !irregularity.reason.is_no_row()
+                && batch.columns.iter().all(|c| c[irregularity.row].is_nan());
+            if !empty && !irregularity.reason.is_no_row() {
                 continue;
             }
-            if take(row, odd.row) < odd.row {
+            if take(row, irregularity.row) < irregularity.row {
                 cut = true;
                 return false;
             }
-            let reason = if empty { &Reason::NoNumber } else { &odd.reason };
-            left_out.count(reason, batch.line.unwrap_or(1) + (odd.row + lines) as u64);
+            let reason = if empty { &Reason::NoNumber } else { &irregularity.reason };
+            left_out.count(reason, batch.line.unwrap_or(1) + (irregularity.row + lines) as u64);
             lines += usize::from(!empty);
-            row = odd.row + usize::from(empty);
+            row = irregularity.row + usize::from(empty);
         }
         cut = take(row, batch.rows()) < batch.rows();
         !cut
@@ -404,5 +405,5 @@ pub(crate) fn gather(
     skipped.extend(left_out.skipped());
     cut |= source.is_cut(table);
     let dialect = source.dialect(table);
-    Ok(Held { head, columns, skipped, cut, dialect })
+    Ok(LoadedTable { head, columns, skipped, cut, dialect })
 }

@@ -10,7 +10,7 @@ use self::parse::{Node, parse};
 use crate::{
     error::ReadProblem,
     format::Format,
-    tables::{arrays::NamedValues, table::HeldTables, text},
+    tables::{arrays::NamedValues, table::LoadedTables, text},
 };
 
 /// Maximum length of a list whose elements are columns of one row.
@@ -42,16 +42,16 @@ struct Found<'a> {
 }
 
 /// The tables of a text.
-pub(crate) fn tables(bytes: &[u8]) -> Result<HeldTables, ReadProblem> {
+pub(crate) fn tables(bytes: &[u8]) -> Result<LoadedTables, ReadProblem> {
     let mut values = parse(bytes).map_err(|problem| Format::Json.broken(problem))?;
     let root = if values.len() == 1 { values.remove(0) } else { Node::List(values) };
     let mut found = Found::default();
     found.look(&root, "");
-    let mut tables = HeldTables::default();
+    let mut tables = LoadedTables::default();
     tables.must_choose = true;
     let mut problems = Vec::new();
     for grid in &found.grids {
-        let held = grid.text().and_then(|text| text::hold(text.as_bytes()).map_err(|e| e.to_string()));
+        let held = grid.text().and_then(|text| text::load_tables(text.as_bytes()).map_err(|e| e.to_string()));
         match held {
             Ok(mut several) => {
                 for held in &mut several {

@@ -7,9 +7,9 @@ use super::unpack::{zlib, zstd};
 
 const HEADER: usize = 16;
 /// Flags of a chunk.
-const SORTED: u8 = 1;
+const SHUFFLED: u8 = 1;
 const PLAIN: u8 = 2;
-const BITS_SORTED: u8 = 4;
+const BITS_SHUFFLED: u8 = 4;
 const UNSPLIT: u8 = 16;
 /// A block of at least this many numbers, each of at most this many bytes, is packed byte by byte.
 const SPLIT_FROM: usize = 128;
@@ -30,7 +30,7 @@ pub(super) fn unpacked(packed: &[u8], size: usize) -> io::Result<Vec<u8>> {
     if flags & PLAIN != 0 {
         return Ok(packed.get(HEADER..HEADER + length).ok_or_else(broken)?.to_vec());
     }
-    if flags & BITS_SORTED != 0 {
+    if flags & BITS_SHUFFLED != 0 {
         return Err(io::Error::other("Blosc with sorted bits is not read"));
     }
     let mut bytes = Vec::new();
@@ -40,17 +40,21 @@ pub(super) fn unpacked(packed: &[u8], size: usize) -> io::Result<Vec<u8>> {
             flags & UNSPLIT == 0 && width <= MOST_SPLITS && block / width >= SPLIT_FROM && here == block;
         let splits = if split { width } else { 1 };
         let mut at = word(HEADER + 4 * number).ok_or_else(broken)?;
-        let mut held = Vec::new();
+        let mut block_bytes = Vec::new();
         for _ in 0..splits {
             let count = word(at).ok_or_else(broken)?;
             let part = packed.get(at + 4..(at + 4).saturating_add(count)).ok_or_else(broken)?;
-            held.extend(part_of_block(flags >> 5, part, here / splits)?);
+            block_bytes.extend(part_of_block(flags >> 5, part, here / splits)?);
             at += 4 + count;
         }
-        if held.len() != here {
+        if block_bytes.len() != here {
             return Err(broken());
         }
-        if flags & SORTED != 0 { bytes.extend(unsorted(&held, width)) } else { bytes.extend(held) }
+        if flags & SHUFFLED != 0 {
+            bytes.extend(unshuffled(&block_bytes, width))
+        } else {
+            bytes.extend(block_bytes)
+        }
     }
     Ok(bytes)
 }
@@ -70,9 +74,9 @@ fn part_of_block(packing: u8, part: &[u8], size: usize) -> io::Result<Vec<u8>> {
 
 /// Restores numbers from all their first bytes, all their second bytes and so on; an incomplete number is left at the
 /// end.
-fn unsorted(sorted: &[u8], width: usize) -> impl Iterator<Item = u8> {
-    let count = sorted.len() / width;
+fn unshuffled(shuffled: &[u8], width: usize) -> impl Iterator<Item = u8> {
+    let count = shuffled.len() / width;
     let numbers =
-        (0..count).flat_map(move |number| (0..width).map(move |byte| sorted[byte * count + number]));
-    numbers.chain(sorted[count * width..].iter().copied())
+        (0..count).flat_map(move |number| (0..width).map(move |byte| shuffled[byte * count + number]));
+    numbers.chain(shuffled[count * width..].iter().copied())
 }

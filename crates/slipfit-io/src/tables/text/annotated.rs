@@ -349,7 +349,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn apart(cell: &str, decimal: Decimal) -> Option<AnnotatedNumber> {
+    fn annotated(cell: &str, decimal: Decimal) -> Option<AnnotatedNumber> {
         annotated_number(cell.as_bytes(), decimal)
     }
 
@@ -372,7 +372,7 @@ mod tests {
             ("1e-3+-2e-3j", 1e-3, Some((Imaginary, -2e-3)), ""),
             ("\u{2212}1.5e3 mV", -1500.0, None, "mV"),
         ] {
-            let found = apart(cell, Decimal::Point).unwrap_or_else(|| panic!("{cell}"));
+            let found = annotated(cell, Decimal::Point).unwrap_or_else(|| panic!("{cell}"));
             assert_eq!((found.value, found.unit.as_str()), (value, unit), "{cell}");
             assert_eq!(found.second.map(|s| s.0), second.map(|s: (Second, f64)| s.0), "{cell}");
             let [found, wanted] = [found.second, second].map(|s| s.map_or(0.0, |s| s.1));
@@ -380,7 +380,7 @@ mod tests {
             assert!((found - wanted).abs() < 1e-12, "{cell}: {found}");
         }
         let comma = AnnotatedNumber { value: 12.73, second: Some((Error, 0.5)), unit: "mm".into() };
-        assert_eq!(apart("12,73 \u{b1} 0,5 mm", Decimal::Comma), Some(comma));
+        assert_eq!(annotated("12,73 \u{b1} 0,5 mm", Decimal::Comma), Some(comma));
         for cell in [
             "12 horses",
             "12:30",
@@ -394,7 +394,7 @@ mod tests {
             "+",
             "1-2",
         ] {
-            assert_eq!(apart(cell, Decimal::Point), None, "{cell}");
+            assert_eq!(annotated(cell, Decimal::Point), None, "{cell}");
         }
     }
 

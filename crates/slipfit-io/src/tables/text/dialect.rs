@@ -139,10 +139,10 @@ pub(super) fn detect(lines: &[&[u8]]) -> Option<Shape> {
 
 /// Whether most of the lines in the middle are rows of numbers only.
 pub(super) fn is_clear(lines: &[&[u8]], shape: Shape) -> bool {
-    const LOOKED_AT: usize = 24;
+    const LINES_EXAMINED: usize = 24;
     let from = lines.len() / 2;
     let kind = |line: &&&[u8]| row_kind(line, shape.delimiter, shape.decimal, false);
-    let kinds: Vec<RowKind> = lines[from..].iter().take(LOOKED_AT).map(|line| kind(&line)).collect();
+    let kinds: Vec<RowKind> = lines[from..].iter().take(LINES_EXAMINED).map(|line| kind(&line)).collect();
     let rows = kinds.iter().filter(|kind| matches!(kind, RowKind::Numbers(_))).count();
     !shape.words && rows * 2 >= kinds.len()
 }
@@ -236,14 +236,14 @@ fn is_decimal_comma(lines: &[&[u8]]) -> bool {
         None => {
             let alike =
                 lengths.first().is_some_and(|&first| first > 1 && lengths.iter().all(|l| *l == first));
-            alike && !is_clock_beside_readings(&pairs)
+            alike && !are_clock_and_readings(&pairs)
         }
     }
 }
 
 /// Whether pairs of integers are clock times and readings, as `1234,885` from a microcontroller: in many rows the first
 /// number increases in each. Numbers with as many decimals would increase evenly, to the last digit.
-fn is_clock_beside_readings(pairs: &[[&[u8]; 2]]) -> bool {
+fn are_clock_and_readings(pairs: &[[&[u8]; 2]]) -> bool {
     const ROWS: usize = 8;
     /// Maximum variation of the steps between rounded numbers of an even clock, in units of the last digit.
     const EVEN: i128 = 4;

@@ -58,7 +58,7 @@ pub(super) fn find(lines: &[&[u8]]) -> Option<Layout> {
         Some((line, names)) => (Some(line), names),
         None => (None, vec![Name::default(); shape.width]),
     };
-    let names = behind_row_names(names, header_line, lines, first_line, shape);
+    let names = shift_past_row_names(names, header_line, lines, first_line, shape);
     let (names, day) = stamped(names, lines[first_line], shape, &mut notes);
     let quoted = lines[first_line..].iter().any(|l| memchr::memchr(b'"', l).is_some());
     let named_values =
@@ -79,7 +79,7 @@ fn stated_rate_hz(lines: &[&[u8]], shape: Shape) -> Option<f64> {
 }
 
 /// Shifts names that are one column too far to the left, as written by R above rows that begin with a row number.
-fn behind_row_names(
+fn shift_past_row_names(
     mut names: Vec<Name>,
     header_line: Option<usize>,
     lines: &[&[u8]],

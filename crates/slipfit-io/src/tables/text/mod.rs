@@ -1,7 +1,6 @@
 //! Delimited text of any dialect.
 
 mod annotated;
-mod beside;
 mod dialect;
 mod igor;
 mod labelled;
@@ -11,6 +10,7 @@ mod part;
 mod rewrite;
 mod scan;
 mod sections;
+mod settings;
 mod source;
 mod stamp;
 mod vendors;
@@ -25,7 +25,7 @@ use self::{
     layout::Layout, part::Part, rewrite::Rewrite, scan::Plan, sections::Section, source::Source,
     wrapped::Wrapped,
 };
-use super::table::{self, Batch, Held, Reason, Sink, TableSource, gather};
+use super::table::{self, Batch, LoadedTable, Reason, Sink, TableSource, gather};
 use crate::{
     columns::head::Head,
     error::ReadProblem,
@@ -37,7 +37,7 @@ const HEAD: usize = 256 << 10;
 /// Number of bytes from which the roles of columns are determined if their names do not suffice.
 const PREVIEW: usize = 8 << 20;
 /// Maximum size in bytes of a text that may have several tables below each other.
-const HELD: usize = LONGEST_LINE;
+const LARGEST_WITH_SEVERAL_TABLES: usize = LONGEST_LINE;
 /// Maximum length of a line of a table.
 const LONGEST_LINE: usize = 4 << 20;
 /// Number of bytes read while the preceding ones are converted to numbers.
@@ -99,7 +99,7 @@ impl TextTable {
 }
 
 /// The tables of a text in memory.
-pub(crate) fn hold(bytes: &[u8]) -> Result<Vec<Held>, ReadProblem> {
+pub(crate) fn load_tables(bytes: &[u8]) -> Result<Vec<LoadedTable>, ReadProblem> {
     let mut text = Text::open(bytes, None)?;
     (0..text.tables.len()).map(|table| gather(&mut text, table, usize::MAX)).collect()
 }
@@ -123,7 +123,7 @@ impl<R: Read> Text<R> {
         }
         let looked_at = source.window().len();
         let is_igor = table.layout.convention == Some(igor::WRITER);
-        source.fill(if is_igor { PREVIEW } else { HELD }).map_err(ReadProblem::Io)?;
+        source.fill(if is_igor { PREVIEW } else { LARGEST_WITH_SEVERAL_TABLES }).map_err(ReadProblem::Io)?;
         if is_igor {
             igor::add_scale(source.window(), &mut table.layout);
         }
@@ -182,7 +182,7 @@ impl<R: Read> Text<R> {
     }
 
     /// The rows of one of several tables in the window.
-    fn scan_held(&self, table: usize, wanted: &[usize], sink: Sink<'_>) {
+    fn scan_in_window(&self, table: usize, wanted: &[usize], sink: Sink<'_>) {
         let TextTable { layout, place, .. } = &self.tables[table];
         let bytes = &self.source.window()[place.clone().unwrap_or_default()];
         let above =
@@ -192,7 +192,12 @@ impl<R: Read> Text<R> {
         let count = parts.len();
         for (i, part) in parts.into_iter().enumerate() {
             let columns: Vec<&[f64]> = part.columns.iter().map(Vec::as_slice).collect();
-            if !sink(Batch { columns: &columns, line: Some(line), odd: &part.odd, more: i + 1 < count }) {
+            if !sink(Batch {
+                columns: &columns,
+                line: Some(line),
+                irregularities: &part.irregularities,
+                more: i + 1 < count,
+            }) {
                 return;
             }
             line += part.lines;
@@ -228,7 +233,7 @@ impl<R: Read> TableSource for Text<R> {
 
     fn scan(&mut self, table: usize, wanted: &[usize], sink: Sink<'_>) -> Result<Vec<Skipped>, ReadProblem> {
         if self.tables[table].place.is_some() {
-            self.scan_held(table, wanted, sink);
+            self.scan_in_window(table, wanted, sink);
             return Ok(Vec::new());
         }
         if let Some(columns) = self.previewed.take()
@@ -237,7 +242,7 @@ impl<R: Read> TableSource for Text<R> {
             let table = &self.tables[table];
             let (columns, line): (Vec<&[f64]>, _) =
                 (columns, table.wrapped.is_none().then(|| table.first_row()));
-            sink(Batch { columns: &columns, line, odd: &[], more: false });
+            sink(Batch { columns: &columns, line, irregularities: &[], more: false });
             return Ok(Vec::new());
         }
         let plan = self.plan(table, wanted);
@@ -256,7 +261,8 @@ impl<R: Read> TableSource for Text<R> {
                 let more = i + 1 < count;
                 // If several values share a line, rows are values.
                 let of_line = (!is_wrapped).then_some(line);
-                let batch = Batch { columns: &columns, line: of_line, odd: &part.odd, more };
+                let batch =
+                    Batch { columns: &columns, line: of_line, irregularities: &part.irregularities, more };
                 line += lines;
                 sink(batch)
             })
@@ -290,7 +296,7 @@ impl<R: Read> TableSource for Text<R> {
         Ok(other.skipped())
     }
 
-    fn window(&mut self, attempt: usize) -> Result<Option<Held>, ReadProblem> {
+    fn window(&mut self, attempt: usize) -> Result<Option<LoadedTable>, ReadProblem> {
         let seen = attempt > 1 || attempt > 0 && !self.is_cut(self.looked_at);
         let [TextTable { layout, place: None, .. }] = &self.tables[..] else { return Ok(None) };
         if seen {
@@ -303,9 +309,9 @@ impl<R: Read> TableSource for Text<R> {
         let within = if attempt == 0 { self.looked_at } else { self.source.window().len() };
         let part = self.plan(0, &head.all()).part(self.rows(within, first_line));
         let cut = self.is_cut(within);
-        let clean = !cut && part.odd.is_empty();
+        let clean = !cut && part.irregularities.is_empty();
         self.previewed = clean.then(|| part.columns.clone());
-        Ok(Some(Held { head, columns: part.columns, skipped: Vec::new(), cut, dialect: None }))
+        Ok(Some(LoadedTable { head, columns: part.columns, skipped: Vec::new(), cut, dialect: None }))
     }
 
     fn previewed(&self) -> String {
@@ -350,17 +356,24 @@ impl OtherTable {
     fn take_from(&mut self, part: &mut Part, line: u64) {
         let keep = match self.first_row {
             Some(_) => {
-                part.odd.clear();
+                part.irregularities.clear();
                 0
             }
             None => {
-                let Some(at) = part.odd.iter().position(|odd| odd.reason == Reason::OtherHeader) else {
+                let Some(at) = part
+                    .irregularities
+                    .iter()
+                    .position(|irregularity| irregularity.reason == Reason::OtherHeader)
+                else {
                     return;
                 };
-                let row = part.odd[at].row;
-                let no_rows = part.odd[..at].iter().filter(|odd| odd.reason.is_no_row()).count();
+                let row = part.irregularities[at].row;
+                let no_rows = part.irregularities[..at]
+                    .iter()
+                    .filter(|irregularity| irregularity.reason.is_no_row())
+                    .count();
                 self.first_row = Some(line + (row + no_rows) as u64);
-                part.odd.truncate(at);
+                part.irregularities.truncate(at);
                 row
             }
         };

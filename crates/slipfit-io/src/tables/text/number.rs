@@ -88,7 +88,7 @@ pub(super) fn cell_since(bytes: &[u8], decimal: Decimal, day: i64) -> Cell {
     match number(bytes, decimal) {
         Some(value) if value.is_finite() => Cell::Number(value),
         Some(_) => Cell::Missing,
-        None => odd(bytes, decimal, day),
+        None => unusual_cell(bytes, decimal, day),
     }
 }
 
@@ -113,7 +113,7 @@ pub(super) fn number(bytes: &[u8], decimal: Decimal) -> Option<f64> {
 
 /// Numbers in typographic or Fortran notation, and words for a missing value.
 #[cold]
-fn odd(bytes: &[u8], decimal: Decimal, day: i64) -> Cell {
+fn unusual_cell(bytes: &[u8], decimal: Decimal, day: i64) -> Cell {
     if bytes.len() > LONGEST {
         return Cell::Text;
     }

@@ -1,6 +1,6 @@
 //! Rows of a text as columns of numbers.
 
-use crate::tables::table::{Odd, Reason};
+use crate::tables::table::{Irregularity, Reason};
 
 /// Successive rows.
 #[derive(Debug, Default, PartialEq)]
@@ -8,7 +8,7 @@ pub(super) struct Part {
     /// The requested columns, NaN if a row has no number.
     pub(super) columns: Vec<Vec<f64>>,
     /// Lines that are not rows, and rows without a number.
-    pub(super) odd: Vec<Odd>,
+    pub(super) irregularities: Vec<Irregularity>,
     /// Number of lines, rows or not.
     pub(super) lines: u64,
 }
@@ -21,6 +21,6 @@ impl Part {
 
     pub(super) fn note(&mut self, reason: Reason) {
         let row = self.columns.first().map_or(0, Vec::len);
-        self.odd.push(Odd { row, reason });
+        self.irregularities.push(Irregularity { row, reason });
     }
 }

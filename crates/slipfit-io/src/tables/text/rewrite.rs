@@ -3,11 +3,12 @@
 
 use super::{
     annotated::Annotations,
-    beside::Settings,
     dialect::{self, Shape},
     labelled::Labels,
     layout::{Layout, text},
-    number, stamp,
+    number,
+    settings::Settings,
+    stamp,
 };
 use crate::{
     columns::name::Name,
@@ -31,7 +32,7 @@ pub(super) enum Rewrite {
     /// Names precede the values.
     Labelled(Labels),
     /// Settings are beside the first rows.
-    Beside(Settings),
+    Settings(Settings),
     /// Each row is enclosed in brackets.
     Bracketed,
     /// Number of numbers per row, each of which occupies two cells.
@@ -57,7 +58,7 @@ impl Rewrite {
     /// distinguished.
     pub(super) fn of_table(lines: &[&[u8]], layout: &Layout) -> Result<Option<Self>, ReadProblem> {
         let halved = halves(lines, layout)?.map(Self::Halved);
-        Ok(halved.or_else(|| Settings::find(lines, layout).map(Self::Beside)))
+        Ok(halved.or_else(|| Settings::find(lines, layout).map(Self::Settings)))
     }
 
     /// The first lines, rewritten.
@@ -72,9 +73,9 @@ impl Rewrite {
     pub(super) fn rows(&self, bytes: &[u8], newline: u8) -> Vec<u8> {
         let line: &dyn Fn(&[u8], &mut Vec<u8>) = match self {
             Self::Annotated(annotations) => return annotations.rows(bytes, newline),
-            Self::Stamped(separator) => &|line, out| with_stamp_behind(line, *separator, out),
+            Self::Stamped(separator) => &|line, out| with_stamp_last(line, *separator, out),
             Self::Labelled(labels) => &|line, out| labels.line(line, out),
-            Self::Beside(settings) => &|line, out| settings.line(line, out),
+            Self::Settings(settings) => &|line, out| settings.line(line, out),
             Self::Bracketed => &|line, out| out.extend_from_slice(within_brackets(line).unwrap_or(line)),
             Self::Halved(numbers) => &|line, out| joined(line, *numbers, out),
         };
@@ -92,7 +93,7 @@ impl Rewrite {
         match self {
             Self::Annotated(annotations) => annotations.names(),
             Self::Labelled(labels) => labels.names(),
-            Self::Beside(settings) => settings.names(),
+            Self::Settings(settings) => settings.names(),
             Self::Stamped(_) | Self::Bracketed | Self::Halved(_) => Vec::new(),
         }
     }
@@ -100,7 +101,7 @@ impl Rewrite {
     /// Values named in the parts that are removed.
     pub(super) fn named_values(&self) -> &[(String, String)] {
         match self {
-            Self::Beside(settings) => settings.values(),
+            Self::Settings(settings) => settings.values(),
             _ => &[],
         }
     }
@@ -114,7 +115,7 @@ impl Rewrite {
             }
             Self::Labelled(labels) => labels.note(),
             Self::Bracketed => Note::new("the brackets around each row were left out"),
-            Self::Beside(settings) => settings.note(),
+            Self::Settings(settings) => settings.note(),
             Self::Halved(numbers) => Note::new(format!(
                 "commas are both cell separators and decimal marks: the {} cells of each row were read as \
                  {numbers} numbers",
@@ -165,7 +166,7 @@ fn stamped(lines: &[&[u8]]) -> Option<u8> {
     Some([b'\t', b';', b',', b' '].into_iter().find(|byte| most(*byte)).unwrap_or(b'\t'))
 }
 
-fn with_stamp_behind(line: &[u8], separator: u8, out: &mut Vec<u8>) {
+fn with_stamp_last(line: &[u8], separator: u8, out: &mut Vec<u8>) {
     let Some((stamp, received)) = split_stamp(line) else { return out.extend_from_slice(line) };
     out.extend_from_slice(received);
     if received.is_empty() {

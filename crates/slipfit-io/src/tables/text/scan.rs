@@ -172,7 +172,7 @@ impl Plan {
     fn quick_separated(&self, bytes: &[u8], separator: u8, values: &mut [f64]) -> Option<usize> {
         let newline = self.newline;
         // A remark in a first cell that is not read; in a cell that is read, its mark would not be a number.
-        if self.wanted[0].0 > 0 && self.begins_oddly(bytes) {
+        if self.wanted[0].0 > 0 && self.is_not_a_row(bytes) {
             return None;
         }
         let (mut rest, mut column) = (bytes, 0);
@@ -203,7 +203,7 @@ impl Plan {
     }
 
     /// Whether a line whose first cell is not read is not a row: a remark, or a line of a block header.
-    fn begins_oddly(&self, line: &[u8]) -> bool {
+    fn is_not_a_row(&self, line: &[u8]) -> bool {
         let word = |byte: &u8| byte.is_ascii_alphabetic() || *byte == b'*';
         dialect::is_comment(line) || self.block_headers && line.trim_ascii_start().first().is_some_and(word)
     }
@@ -222,7 +222,7 @@ impl Plan {
                 _ => return false,
             }
         }
-        self.wanted[0].0 == 0 || !self.begins_oddly(line)
+        self.wanted[0].0 == 0 || !self.is_not_a_row(line)
     }
 
     fn quick_blanks(&self, line: &[u8], values: &mut [f64]) -> bool {
@@ -243,7 +243,7 @@ impl Plan {
             rest = after;
         }
         let whole = self.delimiter != Delimiter::None || rest.trim_ascii().is_empty();
-        whole && (self.wanted[0].0 == 0 || !self.begins_oddly(line))
+        whole && (self.wanted[0].0 == 0 || !self.is_not_a_row(line))
     }
 
     /// Reads any row, or notes why it could not be read.
@@ -320,7 +320,7 @@ fn skip_blanks(mut bytes: &[u8]) -> &[u8] {
 #[cfg(all(test, feature = "threads"))]
 mod tests {
     use super::*;
-    use crate::tables::table::Odd;
+    use crate::tables::table::Irregularity;
     use proptest::prelude::*;
 
     fn line() -> impl Strategy<Value = String> {
@@ -350,7 +350,8 @@ mod tests {
             let mut joined = Part { columns: vec![Vec::new(); wanted.len()], ..Part::default() };
             for part in parts(text.as_bytes(), b'\n', most).map(|bytes| plan.part(bytes)) {
                 let before = joined.columns[0].len();
-                joined.odd.extend(part.odd.into_iter().map(|odd| Odd { row: odd.row + before, ..odd }));
+                let moved = |it: Irregularity| Irregularity { row: it.row + before, ..it };
+                joined.irregularities.extend(part.irregularities.into_iter().map(moved));
                 joined.columns.iter_mut().zip(part.columns).for_each(|(all, new)| all.extend(new));
                 joined.lines += part.lines;
             }

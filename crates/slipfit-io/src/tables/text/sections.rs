@@ -16,7 +16,7 @@ use crate::{
 /// Minimum number of rows of numbers below the header of a table.
 const FEWEST: usize = 3;
 /// Number of lines examined below a header.
-const LOOKED_AT: usize = 12;
+const LINES_EXAMINED: usize = 12;
 /// Maximum number of lines without numbers; if there are more, they are cells of rows and not headers.
 const MOST: usize = 1 << 12;
 /// Maximum number of characters of a title.
@@ -132,7 +132,7 @@ fn gap(lines: &[&[u8]], candidates: &[usize], shape: Shape) -> Range<usize> {
 /// The header at the end of lines that are not rows, if rows follow and its words are names of columns.
 fn heading(lines: &[&[u8]], gap: Range<usize>, shape: Shape) -> Option<Heading> {
     let kind = |line: &&[u8]| dialect::row_kind(line, shape.delimiter, shape.decimal, false);
-    let below = &lines[gap.end..lines.len().min(gap.end + LOOKED_AT)];
+    let below = &lines[gap.end..lines.len().min(gap.end + LINES_EXAMINED)];
     let rows: Vec<RowKind> = below.iter().map(kind).filter(|kind| *kind != RowKind::Blank).collect();
     let first = *rows.first().filter(|kind| matches!(kind, RowKind::Numbers(_)))?;
     if rows.iter().filter(|kind| **kind == first).count() < FEWEST {

@@ -58,13 +58,13 @@ pub(super) fn read(text: &str) -> Option<Stamp> {
 /// accepted by `read`; only the date for midnight.
 #[cfg(any(feature = "excel", test))]
 pub(crate) fn written(days: f64) -> Option<String> {
-    const TICKS_A_SECOND: i64 = 1_000_000;
-    const TICKS_A_DAY: i64 = 86_400 * TICKS_A_SECOND;
+    const TICKS_PER_SECOND: i64 = 1_000_000;
+    const TICKS_PER_DAY: i64 = 86_400 * TICKS_PER_SECOND;
     if !days.is_finite() {
         return None;
     }
-    let ticks = ((days - days.floor()) * TICKS_A_DAY as f64).round() as i64;
-    let (day, ticks) = ((days.floor() as i64).checked_add(ticks / TICKS_A_DAY)?, ticks % TICKS_A_DAY);
+    let ticks = ((days - days.floor()) * TICKS_PER_DAY as f64).round() as i64;
+    let (day, ticks) = ((days.floor() as i64).checked_add(ticks / TICKS_PER_DAY)?, ticks % TICKS_PER_DAY);
     // Years in cycles of 400 from March 0000 on, as in `date`.
     let since = day.checked_add(719_468).filter(|since| (0..=1_000_000).contains(since))?;
     let (era, of_era) = (since / 146_097, since % 146_097);
@@ -74,7 +74,7 @@ pub(crate) fn written(days: f64) -> Option<String> {
     let day_of_month = of_year - (153 * month + 2) / 5 + 1;
     let (month, next) = if month < 10 { (month + 3, 0) } else { (month - 9, 1) };
     let date = format!("{:04}-{month:02}-{day_of_month:02}", 400 * era + year + next);
-    let (seconds, rest) = (ticks / TICKS_A_SECOND, ticks % TICKS_A_SECOND);
+    let (seconds, rest) = (ticks / TICKS_PER_SECOND, ticks % TICKS_PER_SECOND);
     let (h, m, s) = (seconds / 3600, seconds / 60 % 60, seconds % 60);
     Some(if ticks == 0 { date } else { format!("{date} {h:02}:{m:02}:{s:02}.{rest:06}") })
 }

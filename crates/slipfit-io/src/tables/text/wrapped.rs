@@ -8,7 +8,7 @@ use super::{
 use crate::{
     columns::{name::Name, role::Role, stated, units},
     report::{Decimal, Note},
-    tables::table::Odd,
+    tables::table::Irregularity,
 };
 
 /// Relative tolerance of the number of rows estimated from the size of a file.
@@ -57,14 +57,14 @@ impl Wrapped {
     /// Rows of several columns as one: if a row ends before the last column, the next row follows directly.
     pub(super) fn joined(self, part: Part) -> Part {
         let mut values = Vec::new();
-        let mut found: Vec<Odd> = Vec::new();
-        let mut odd = part.odd.into_iter().peekable();
+        let mut found: Vec<Irregularity> = Vec::new();
+        let mut irregularities = part.irregularities.into_iter().peekable();
         let rows = part.columns.first().map_or(0, Vec::len);
         for row in 0..=rows {
             let mut reason = None;
-            while let Some(next) = odd.next_if(|odd| odd.row == row) {
+            while let Some(next) = irregularities.next_if(|irregularity| irregularity.row == row) {
                 if next.reason.is_no_row() {
-                    found.push(Odd { row: values.len(), reason: next.reason });
+                    found.push(Irregularity { row: values.len(), reason: next.reason });
                 } else {
                     reason = Some(next.reason);
                 }
@@ -75,14 +75,14 @@ impl Wrapped {
             let cells: Vec<f64> = part.columns.iter().map(|column| column[row]).collect();
             let filled = cells.iter().rposition(|value| value.is_finite()).map_or(0, |last| last + 1);
             if filled == 0 {
-                found.extend(reason.map(|reason| Odd { row: values.len(), reason }));
+                found.extend(reason.map(|reason| Irregularity { row: values.len(), reason }));
                 values.push(f64::NAN);
             } else if let Some(gap) = cells[..filled].iter().position(|value| !value.is_finite()) {
-                found.extend(reason.map(|reason| Odd { row: values.len() + gap, reason }));
+                found.extend(reason.map(|reason| Irregularity { row: values.len() + gap, reason }));
             }
             values.extend_from_slice(&cells[..filled]);
         }
-        Part { columns: vec![values], odd: found, lines: part.lines }
+        Part { columns: vec![values], irregularities: found, lines: part.lines }
     }
 
     /// Describes the single column that replaces those of the lines.
