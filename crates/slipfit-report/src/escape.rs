@@ -122,11 +122,11 @@ pub fn comment(text: &str) -> String {
 /// Escapes text for a comment at the head of a CSV file, which a spreadsheet splits at commas and semicolons like
 /// any other line: no part of it begins like a formula.
 pub fn csv_comment(text: &str) -> String {
-    apart(comment(text), &[',', ';'])
+    guard_parts(comment(text), &[',', ';'])
 }
 
 /// Changes the text so that no part between these separators begins like a formula.
-fn apart(text: String, separators: &[char]) -> String {
+fn guard_parts(text: String, separators: &[char]) -> String {
     if !text.contains(separators) {
         return text;
     }
@@ -155,20 +155,20 @@ pub fn csv(text: &str) -> String {
         text.trim_start_matches(|c: char| c.is_whitespace() || c.is_control() || turns_direction(c));
     let marks = formula.starts_with(begins_formula) || text.starts_with(['\t', '\r']);
     let inert = text.replace(|c: char| c.is_control(), " ").replace(turns_direction, &REPLACED.to_string());
-    let text = apart(if marks { format!("'{inert}") } else { inert }, &[';']);
+    let text = guard_parts(if marks { format!("'{inert}") } else { inert }, &[';']);
     if text.contains([',', ';', '"']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text }
 }
 
 /// JSON text, or part of a string in it: characters that a terminal or a reader would act on are written as JSON
 /// escapes, so that the value is unchanged.
 pub fn json(text: &str) -> Cow<'_, str> {
-    let obeyed = |c: char| c.is_control() && c > '\u{1f}' || turns_direction(c);
-    if !text.contains(obeyed) {
+    let is_active = |c: char| c.is_control() && c > '\u{1f}' || turns_direction(c);
+    if !text.contains(is_active) {
         return Cow::Borrowed(text);
     }
     let mut out = String::with_capacity(text.len() + 16);
     for c in text.chars() {
-        if obeyed(c) {
+        if is_active(c) {
             let _ = write!(out, "\\u{:04x}", u32::from(c));
         } else {
             out.push(c);

@@ -7,10 +7,10 @@ use slipfit::answer::Candidate;
 use slipfit::{LossModel, LossTerm, Parameter, Parameters};
 
 /// Meaning of an asterisk after a model.
-const UNSETTLED: &str = "the fit did not converge to its tolerance";
+const NOT_CONVERGED_NOTE: &str = "the fit did not converge to its tolerance";
 
 /// Why the reported model has one loss more than the model of least BIC.
-const KEPT: &str = "a loss left out is not known to be zero";
+const EXTRA_LOSS_NOTE: &str = "a loss left out is not known to be zero";
 
 /// The models compared, the data they were fitted to, and the reported model.
 pub(super) struct Comparison<'a> {
@@ -43,9 +43,9 @@ impl Comparison<'_> {
         table.chosen = self.candidates.iter().position(|c| c.model == self.reported);
         let best = self.candidates.first().map(|c| c.model);
         if self.candidates.iter().any(|c| !c.converged) {
-            table.note = format!("* {UNSETTLED}");
+            table.note = format!("* {NOT_CONVERGED_NOTE}");
         } else if best.is_some_and(|best| best != self.reported && best.is_within(self.reported)) {
-            table.note = format!("{} is reported: {KEPT}", self.reported);
+            table.note = format!("{} is reported: {EXTRA_LOSS_NOTE}", self.reported);
         }
         table
     }

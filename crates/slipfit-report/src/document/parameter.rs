@@ -44,7 +44,7 @@ impl ParameterRow {
             return Self::by_interval(parameter, q);
         }
         if high == f64::INFINITY && !(q.std_error <= q.value.abs()) {
-            return Self::from_below(parameter, q);
+            return Self::lower_limit(parameter, q);
         }
         let (words, symbol) = (parameter.label().to_owned(), parameter.symbol());
         let shown = Rounded::of(q);
@@ -90,7 +90,7 @@ impl ParameterRow {
 
     /// A parameter without an upper limit, whose error exceeds its value: shown as a lower limit if that is above
     /// zero.
-    fn from_below(parameter: Parameter, q: &Quantity) -> Self {
+    fn lower_limit(parameter: Parameter, q: &Quantity) -> Self {
         let low = q.interval_95[0];
         let scale = Scale::for_size(low, &q.unit);
         let least = significant(low * scale.factor, 2);

@@ -15,7 +15,7 @@ use slipfit_io::{Skipped, SweepReading};
 use std::fmt::Write as _;
 
 /// Reduced chi square above which the forces do not lie on a straight line.
-const NO_LINE: f64 = 3.0;
+const MAX_LINE_CHI_SQUARE: f64 = 3.0;
 
 pub(super) fn document<'a>(analysed: &'a AnalysedCurve<'a>, spell: Spelling<'_>) -> Document<'a> {
     let answer = analysed.answer;
@@ -113,7 +113,7 @@ fn facts(analysed: &AnalysedCurve<'_>, spell: Spelling<'_>) -> Facts {
                 Rounded::new(x_f.value, x_f.std_error, &x_f.unit),
                 Rounded::new(delta.value, delta.std_error, &delta.unit),
                 line.reduced_chi_square,
-                if line.reduced_chi_square > NO_LINE { ": no straight line" } else { "" }
+                if line.reduced_chi_square > MAX_LINE_CHI_SQUARE { ": no straight line" } else { "" }
             ),
         );
     }

@@ -190,7 +190,7 @@ mod tests {
     }
 
     /// Whether the page is well-formed XML, which every browser parses alike.
-    fn whole(page: &str) -> bool {
+    fn is_well_formed(page: &str) -> bool {
         let mut reader = quick_xml::Reader::from_str(page);
         loop {
             match reader.read_event() {
@@ -226,7 +226,7 @@ mod tests {
         ];
         for change in changes {
             let page = page(change);
-            assert!(whole(&page), "{page:.2000}");
+            assert!(is_well_formed(&page), "{page:.2000}");
             for figure in page.split("<figure>").skip(1) {
                 let figure = figure.split("</figure>").next().unwrap_or_default();
                 assert!(!figure.contains("NaN"), "{figure:.2000}");
@@ -241,7 +241,7 @@ mod tests {
             |a| a.warnings = vec![slipfit::answer::Warning::FrequencyUnknown],
             |analysed| fragment(&Document::ringdown(analysed, &crate::example::spell)),
         );
-        assert!(whole(&part), "{part:.2000}");
+        assert!(is_well_formed(&part), "{part:.2000}");
         assert!(part.starts_with("<div"), "{part:.2000}");
         assert!(part.trim_end().ends_with("</div>"), "{part:.2000}");
         for word in ["friction displacement", "viscous+sliding+drag", "Warning, "] {

@@ -63,7 +63,7 @@ impl Axis {
 
     /// A value in words, to the resolution of the axis: `amplitude 12.3 mrad`; `error` goes between number and
     /// unit.
-    pub(super) fn tell(&self, value: f64, error: &str) -> String {
+    pub(super) fn describe(&self, value: f64, error: &str) -> String {
         let (name, unit) = match self.label.rsplit_once(" [") {
             Some((name, unit)) => (name, unit.trim_end_matches(']')),
             None => (self.label.as_str(), ""),

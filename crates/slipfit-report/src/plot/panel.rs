@@ -190,7 +190,7 @@ impl<'f> Panel<'f> {
         } else {
             String::new()
         };
-        format!("{}\n{}", self.x.tell(x, ""), self.y.tell(y, &error))
+        format!("{}\n{}", self.x.describe(x, ""), self.y.describe(y, &error))
     }
 
     /// Vertical bars from low to high.

@@ -147,7 +147,7 @@ impl<'a> View<'a> {
     }
 
     /// The title, with a remark on the subtracted background.
-    fn beside(&self, title: &str) -> String {
+    fn title_with_background(&self, title: &str) -> String {
         let off = if self.background == Phasor::default() { "" } else { ", background subtracted" };
         format!("{title}{off}")
     }
@@ -208,12 +208,13 @@ fn amplitude(figure: &mut Figure, view: &View<'_>) {
     };
     let peak = ghost.iter().map(|p| p[1]).filter(|v| v.is_finite()).fold(0.0, f64::max);
     let top = view.largest * a;
-    let beside = answer.reference.iter().flat_map(|r| &r.points).map(|p| p.amplitude * a).fold(0.0, f64::max);
+    let reference_peak =
+        answer.reference.iter().flat_map(|r| &r.points).map(|p| p.amplitude * a).fold(0.0, f64::max);
     // A curve behind the data may be higher, but must not flatten them.
-    let behind = [peak, beside].into_iter().filter(|v| *v <= GHOST_HEIGHT * top).fold(top, f64::max);
-    let high = if peak > GHOST_HEIGHT * top { 1.25 * behind } else { 1.06 * behind };
+    let highest = [peak, reference_peak].into_iter().filter(|v| *v <= GHOST_HEIGHT * top).fold(top, f64::max);
+    let high = if peak > GHOST_HEIGHT * top { 1.25 * highest } else { 1.06 * highest };
     let y = Axis::linear(0.0, high, titled("amplitude", &view.amplitude.unit));
-    let mut panel = Panel::new(figure, &view.beside("amplitude and fit"), view.x_axis(), y);
+    let mut panel = Panel::new(figure, &view.title_with_background("amplitude and fit"), view.x_axis(), y);
     let mut legend = vec![(Mark::Dot(POINTS), "measured")];
     if !ghost.is_empty() {
         panel.line(ghost, GHOST_LINE);
@@ -369,7 +370,7 @@ fn circle(figure: &mut Figure, view: &View<'_>) {
     let x = Axis::linear(x_mid - 0.4 * width, x_mid + 0.6 * width, titled("in phase with the drive", unit));
     let y = Axis::linear(y_mid - 0.5 * height, y_mid + 0.5 * height, titled("in quadrature", unit));
     let title = "complex plane: a circle without friction";
-    let mut panel = Panel::new(figure, &view.beside(title), x, y);
+    let mut panel = Panel::new(figure, &view.title_with_background(title), x, y);
     let mut legend = vec![(Mark::Dot(POINTS), "measured"), (Mark::Line(FIT_LINE), answer.model.name())];
     if answer.model.has_sliding() {
         panel.line(ghost, GHOST_LINE);

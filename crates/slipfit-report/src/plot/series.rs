@@ -92,7 +92,9 @@ fn panel(analysed: &AnalysedSeries<'_>, name: &str, part: Part, laws: &[LawFit])
             .iter()
             .enumerate()
             .filter_map(|(i, r)| way(r).as_ref().map(|c| (i, part(c))))
-            .map(|(i, q)| [places.at(i) + side * places.aside(), ends(q, -1.0) * s, ends(q, 1.0) * s])
+            .map(|(i, q)| {
+                [places.at(i) + side * places.half_separation(), ends(q, -1.0) * s, ends(q, 1.0) * s]
+            })
             .collect();
         if points.is_empty() {
             continue;
@@ -138,7 +140,7 @@ impl Places {
     }
 
     /// Half the distance between the two methods of one condition.
-    fn aside(&self) -> f64 {
+    fn half_separation(&self) -> f64 {
         match self {
             Self::Values { range, .. } => 0.016 * (range[1] - range[0]),
             Self::Named => 0.12,

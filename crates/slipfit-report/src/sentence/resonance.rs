@@ -33,7 +33,7 @@ pub(super) fn sentence(a: &Answer) -> String {
 }
 
 /// The instrument term that amplitudes alone do not distinguish from friction.
-fn beside_friction(a: &Answer) -> Option<&'static str> {
+fn term_confused_with_friction(a: &Answer) -> Option<&'static str> {
     a.warnings.iter().find_map(|w| match w {
         Warning::Background { phases: false, .. } => Some("the background"),
         Warning::AmplitudeOffset { .. } => Some("the constant offset of every amplitude"),
@@ -61,7 +61,7 @@ fn conclusion(a: &Answer) -> String {
             percent(s.share_at_highest)
         );
         // It is not known whether the assumption of the p value holds.
-        if let Some(term) = beside_friction(a) {
+        if let Some(term) = term_confused_with_friction(a) {
             return format!(
                 "{carries}, if {term} is as fitted: amplitudes alone do not distinguish it from friction, \
                  and no p value is valid."

@@ -141,9 +141,9 @@ fn one_table(table: &Table, several: bool) -> String {
         ]);
     }
     // Names are shortened before numbers are.
-    let whole: Vec<String> = rows.iter().map(|row| row[1].clone()).collect();
+    let full_names: Vec<String> = rows.iter().map(|row| row[1].clone()).collect();
     for most in (6..=24).rev() {
-        rows.iter_mut().zip(told_apart(&whole, most)).for_each(|(row, name)| row[1] = name);
+        rows.iter_mut().zip(shortened_distinct(&full_names, most)).for_each(|(row, name)| row[1] = name);
         if width(&rows) <= WIDTH - 4 {
             break;
         }
@@ -214,13 +214,13 @@ fn picture(
 }
 
 /// Names shortened to at most `most` characters; names that begin alike keep their ends as well.
-fn told_apart(names: &[String], most: usize) -> Vec<String> {
+fn shortened_distinct(names: &[String], most: usize) -> Vec<String> {
     let short: Vec<String> = names.iter().map(|name| clipped(name, most)).collect();
     let alike = |i: usize| (0..names.len()).any(|k| k != i && short[k] == short[i] && names[k] != names[i]);
     let inner = |name: &str| {
-        let behind = most / 2;
-        let (kept, all) = (most - behind - 1, name.chars().count());
-        let (start, end) = (name.chars().take(kept), name.chars().skip(all - behind));
+        let from_end = most / 2;
+        let (from_start, all) = (most - from_end - 1, name.chars().count());
+        let (start, end) = (name.chars().take(from_start), name.chars().skip(all - from_end));
         start.chain(['…']).chain(end).collect::<String>()
     };
     (0..names.len()).map(|i| if alike(i) { inner(&names[i]) } else { short[i].clone() }).collect()
@@ -244,7 +244,7 @@ mod tests {
     fn names_that_begin_alike_keep_their_ends() {
         let names = ["t", "Rate of turn of the phone x (rad/s)", "Rate of turn of the phone y (rad/s)"];
         let names = names.map(str::to_owned);
-        let short = told_apart(&names, 24);
+        let short = shortened_distinct(&names, 24);
         assert_eq!(
             short,
             ["t", "Rate of tur…ne x (rad/s)", "Rate of tur…ne y (rad/s)"].map(|n| n.to_owned())
