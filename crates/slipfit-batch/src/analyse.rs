@@ -12,7 +12,7 @@ pub(crate) fn row(input: &Input<'_>, row: usize, scratch: &mut Scratch, options:
 }
 
 fn analysed(input: &Input<'_>, row: usize, scratch: &mut Scratch, options: &Options) -> Result<Row, String> {
-    let beside = input.beside(row)?;
+    let numbers = input.row_numbers(row)?;
     let Scratch { signal, quadrature, times } = scratch;
     let signal = input.signal.get(row, signal).ok_or("the trace is null")?;
     let all = signal.len();
@@ -27,7 +27,7 @@ fn analysed(input: &Input<'_>, row: usize, scratch: &mut Scratch, options: &Opti
         None => None,
     };
     let times = input.times(row, all, times)?.map(<[f64]>::to_vec);
-    let rate_hz = beside.interval_s.map_or(f64::NAN, |interval| 1.0 / interval);
+    let rate_hz = numbers.interval_s.map_or(f64::NAN, |interval| 1.0 / interval);
     let signal = signal.to_vec();
     let record = match (times, quadrature) {
         (Some(times), None) => Record::new(times, signal),
@@ -38,12 +38,12 @@ fn analysed(input: &Input<'_>, row: usize, scratch: &mut Scratch, options: &Opti
     let record = record.map_err(|error| error.to_string())?;
     let record = record.with_kind(input.kind).with_unit(input.unit);
     let mut options = options.clone();
-    options.frequency_hz = beside.frequency_hz.filter(|_| !input.kind.oscillates());
-    options.min_amplitude = beside.min_amplitude;
+    options.frequency_hz = numbers.frequency_hz.filter(|_| !input.kind.oscillates());
+    options.min_amplitude = numbers.min_amplitude;
     let answer = analyse(&record, &options).map_err(|error| error.to_string())?;
     options.check_reached(&answer).map_err(|error| error.to_string())?;
     let of = |parameter| answer.parameter(parameter).map_or(Estimate::NONE, Estimate::from);
-    let missing = beside.warnings().into_iter().filter_map(|(code, missing)| missing.then_some(code));
+    let missing = numbers.warnings().into_iter().filter_map(|(code, missing)| missing.then_some(code));
     let codes: Vec<&str> = answer.warnings.iter().map(Warning::code).chain(missing).collect();
     Ok(Row {
         status: if codes.is_empty() { Status::Done } else { Status::Warned },

@@ -2,12 +2,12 @@
 
 use crate::answer::{Estimate, Status};
 use crate::table::{Fits, Part, Row, detected};
-use crate::trace::{Beside, Input, Kind, Scratch};
+use crate::trace::{AllValues, Input, RowNumbers, Scratch};
 use slipfit::ringdown::{AmplitudeFit, EvenTraces, Sampling, TraceCriteria, fit_amplitudes};
 use std::ops::Range;
 
 /// The fit of several traces of one length at a time; the length is that of the first row that is not null.
-pub(crate) fn side_by_side(input: &Input<'_>) -> Option<EvenTraces> {
+pub(crate) fn even_traces(input: &Input<'_>) -> Option<EvenTraces> {
     let first = || (0..input.signal.rows()).find_map(|row| input.signal.place(row));
     input.is_plain().then(first).flatten().map(|place| EvenTraces::new(place.len()))
 }
@@ -20,9 +20,9 @@ pub(crate) fn rows(
     together: Option<&EvenTraces>,
     part: &mut Part<'_>,
 ) {
-    match (together, input.signal.kind()) {
-        (Some(together), Kind::Doubles(values)) => block(input, range, scratch, together, values, part),
-        (Some(together), Kind::Singles(values)) => block(input, range, scratch, together, values, part),
+    match (together, input.signal.all_values()) {
+        (Some(together), AllValues::Doubles(values)) => block(input, range, scratch, together, values, part),
+        (Some(together), AllValues::Singles(values)) => block(input, range, scratch, together, values, part),
         (None, _) => range.for_each(|i| part.write(i, &row(input, i, scratch))),
     }
 }
@@ -36,19 +36,19 @@ fn block<T: Copy + Into<f64>>(
     part: &mut Part<'_>,
 ) {
     let samples = together.samples();
-    let same = input.beside_all();
-    let mut lacking = Vec::with_capacity(range.len());
+    let same = input.common_numbers();
+    let mut lacks_numbers = Vec::with_capacity(range.len());
     // A row that is not fitted here has no trace, and a row without an interval has no frequency either.
     let mut traces: Vec<(&[T], f64)> = Vec::with_capacity(range.len());
     let mut frequency_hz = Vec::with_capacity(range.len());
     for row in range.clone() {
-        let beside = same.or_else(|| input.beside(row).ok());
-        let interval = beside.and_then(|beside| beside.interval_s);
+        let numbers = same.or_else(|| input.row_numbers(row).ok());
+        let interval = numbers.and_then(|numbers| numbers.interval_s);
         let place = input.signal.place(row).filter(|place| place.len() == samples);
         let trace = interval.zip(place).map_or((&values[..0], f64::NAN), |(dt, place)| (&values[place], dt));
         traces.push(trace);
-        frequency_hz.push(beside.and_then(|beside| beside.frequency_hz).unwrap_or(f64::NAN));
-        lacking.push(beside.is_some_and(|beside| beside.missing.contains(&true)));
+        frequency_hz.push(numbers.and_then(|numbers| numbers.frequency_hz).unwrap_or(f64::NAN));
+        lacks_numbers.push(numbers.is_some_and(|numbers| numbers.missing.contains(&true)));
     }
     let (fits, failed) = together.fit_apart(&traces);
     let friction_displacement = AmplitudeFit::friction_displacements(&fits, &frequency_hz);
@@ -65,9 +65,9 @@ fn block<T: Copy + Into<f64>>(
         }
         let (trace, interval) = traces[at];
         let floor = ends_in_noise(fit, interval * (samples - 1) as f64, trace.iter().map(|v| (*v).into()));
-        if lacking[at] || warnings(fit, samples, floor).iter().any(|(_, warned)| *warned) {
-            let beside = same.map_or_else(|| input.beside(number), Ok);
-            let answered = beside.map(|beside| answer(fit, &beside, [samples; 2], floor));
+        if lacks_numbers[at] || warnings(fit, samples, floor).iter().any(|(_, warned)| *warned) {
+            let numbers = same.map_or_else(|| input.row_numbers(number), Ok);
+            let answered = numbers.map(|numbers| answer(fit, &numbers, [samples; 2], floor));
             part.write(number, &answered.unwrap_or_else(Row::failed));
         }
     }
@@ -78,7 +78,7 @@ fn row(input: &Input<'_>, row: usize, scratch: &mut Scratch) -> Row {
 }
 
 fn fitted(input: &Input<'_>, row: usize, scratch: &mut Scratch) -> Result<Row, String> {
-    let beside = input.beside(row)?;
+    let numbers = input.row_numbers(row)?;
     let Scratch { signal, quadrature, times } = scratch;
     let mut amplitude = input.signal.get(row, signal).ok_or("the trace is null")?;
     let all = amplitude.len();
@@ -92,12 +92,12 @@ fn fitted(input: &Input<'_>, row: usize, scratch: &mut Scratch) -> Result<Row, S
         amplitude = &modulus;
     }
     let mut stamps = input.times(row, all, times)?;
-    if let Some(least) = beside.min_amplitude {
+    if let Some(least) = numbers.min_amplitude {
         let end = amplitude.iter().position(|a| *a < least).unwrap_or(all);
         amplitude = &amplitude[..end];
         stamps = stamps.map(|t| &t[..end]);
     }
-    let sampling = match (stamps, beside.interval_s) {
+    let sampling = match (stamps, numbers.interval_s) {
         (Some(stamps), _) => Sampling::At(stamps),
         (None, interval_s) => Sampling::Every(interval_s.unwrap_or(f64::NAN)),
     };
@@ -122,13 +122,13 @@ fn fitted(input: &Input<'_>, row: usize, scratch: &mut Scratch) -> Result<Row, S
     };
     let last = amplitude.len().saturating_sub(1);
     let floor = ends_in_noise(&fit, elapsed(last), amplitude.iter().copied());
-    Ok(answer(&fit, &beside, [used, all], floor))
+    Ok(answer(&fit, &numbers, [used, all], floor))
 }
 
 /// A fit as a row; it used `used` of `all` samples.
-fn answer(fit: &AmplitudeFit, beside: &Beside, [used, all]: [usize; 2], floor: bool) -> Row {
+fn answer(fit: &AmplitudeFit, numbers: &RowNumbers, [used, all]: [usize; 2], floor: bool) -> Row {
     let p_value = fit.sliding_p_value(used);
-    let all_warnings = warnings(fit, used, floor).into_iter().chain(beside.warnings());
+    let all_warnings = warnings(fit, used, floor).into_iter().chain(numbers.warnings());
     let warned: Vec<&str> = all_warnings.filter_map(|(code, warned)| warned.then_some(code)).collect();
     Row {
         status: if warned.is_empty() { Status::Done } else { Status::Warned },
@@ -136,7 +136,7 @@ fn answer(fit: &AmplitudeFit, beside: &Beside, [used, all]: [usize; 2], floor: b
         initial_amplitude: Estimate::normal(fit.initial_amplitude),
         decay_rate: Estimate::normal(fit.decay_rate_per_s),
         sliding_rate: Estimate::normal(fit.sliding_rate),
-        friction_displacement: beside
+        friction_displacement: numbers
             .frequency_hz
             .map_or(Estimate::NONE, |f| Estimate::normal(fit.friction_displacement(f))),
         correlation: fit.correlation,
@@ -162,7 +162,7 @@ fn warnings(fit: &AmplitudeFit, samples: usize, floor: bool) -> [(&'static str, 
     let unlikely = |[value, error]: [f64; 2]| value < -unlikely * error;
     // Ratios below this are likely for any number of degrees of freedom, so that nearly all traces need no tail
     // probability.
-    let leaves = fit.lack_of_fit[0] > LIKELY && fit.misfit_p_value(samples) < misfit;
+    let leaves = fit.lack_of_fit[0] > MAX_LIKELY_RATIO && fit.misfit_p_value(samples) < misfit;
     [
         ("not_converged", !fit.converged),
         ("not_separable", fit.correlation.abs() > inseparable),
@@ -174,4 +174,4 @@ fn warnings(fit: &AmplitudeFit, samples: usize, floor: bool) -> [(&'static str, 
 }
 
 /// Variance ratio that is exceeded once in 3000 traces at thirteen degrees of freedom.
-const LIKELY: f64 = 2.9;
+const MAX_LIKELY_RATIO: f64 = 2.9;

@@ -82,8 +82,8 @@ pub fn fit_batch_until(
         Method::Analyse => share.min(ROWS),
     };
     let mut answer = Columns::new(options.method, rows);
-    let together = (options.method == Method::Fit).then(|| fit::side_by_side(&input)).flatten();
-    let rests: Vec<_> = answer
+    let together = (options.method == Method::Fit).then(|| fit::even_traces(&input)).flatten();
+    let remainders: Vec<_> = answer
         .parts(size)
         .into_par_iter()
         .map_init(Scratch::default, |scratch, mut part| {
@@ -100,11 +100,11 @@ pub fn fit_batch_until(
                     }
                 }
             }
-            part.rest()
+            part.remainder()
         })
         .collect();
     if cancelled.load(Ordering::Relaxed) {
         return Err(Error::Cancelled);
     }
-    answer.joined(&rests, batch, options)
+    answer.joined(&remainders, batch, options)
 }

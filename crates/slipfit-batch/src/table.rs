@@ -287,9 +287,9 @@ pub(crate) struct Part<'a> {
 }
 
 /// The data of a part that are not stored in the columns' memory: for each column ...
-pub(crate) struct Rest(Vec<Left>);
+pub(crate) struct PartRemainder(Vec<ColumnRemainder>);
 
-struct Left {
+struct ColumnRemainder {
     /// ... whether a value is missing,
     missing: bool,
     /// and the rows whose text differs from that of fits without warnings.
@@ -331,7 +331,7 @@ impl Columns {
     /// The answer: the kept columns, then these.
     pub(crate) fn joined(
         self,
-        rests: &[Rest],
+        remainders: &[PartRemainder],
         batch: &RecordBatch,
         options: &Options,
     ) -> Result<RecordBatch, Error> {
@@ -341,10 +341,11 @@ impl Columns {
             arrays.push(Arc::clone(column(batch, name)?));
         }
         for (at, memory) in self.memory.into_iter().enumerate() {
-            let missing = rests.iter().any(|rest| rest.0[at].missing);
+            let missing = remainders.iter().any(|remainder| remainder.0[at].missing);
             arrays.push(match memory {
                 Memory::Text(usual) => {
-                    let others: Vec<_> = rests.iter().flat_map(|rest| &rest.0[at].text).collect();
+                    let others: Vec<_> =
+                        remainders.iter().flat_map(|remainder| &remainder.0[at].text).collect();
                     Arc::new(texts(self.rows, usual, &others)?)
                 }
                 Memory::Number(values) => {
@@ -427,13 +428,17 @@ impl Part<'_> {
     }
 
     /// What remains to be joined.
-    pub(crate) fn rest(self) -> Rest {
-        let left = |place| match place {
-            Place::Text(text) => Left { missing: false, text },
-            Place::Number(values) => Left { missing: values.iter().any(|v| v.is_nan()), text: Vec::new() },
-            Place::Flag(values) => Left { missing: values.contains(&Flag::Missing), text: Vec::new() },
-            Place::Count(_) => Left { missing: false, text: Vec::new() },
+    pub(crate) fn remainder(self) -> PartRemainder {
+        let remainder = |place| match place {
+            Place::Text(text) => ColumnRemainder { missing: false, text },
+            Place::Number(values) => {
+                ColumnRemainder { missing: values.iter().any(|v| v.is_nan()), text: Vec::new() }
+            }
+            Place::Flag(values) => {
+                ColumnRemainder { missing: values.contains(&Flag::Missing), text: Vec::new() }
+            }
+            Place::Count(_) => ColumnRemainder { missing: false, text: Vec::new() },
         };
-        Rest(self.places.into_iter().map(left).collect())
+        PartRemainder(self.places.into_iter().map(remainder).collect())
     }
 }

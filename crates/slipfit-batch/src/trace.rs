@@ -39,7 +39,7 @@ pub(crate) struct Scratch {
 
 /// Data of one row other than its traces.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Beside {
+pub(crate) struct RowNumbers {
     /// `None` if times are given in a column.
     pub(crate) interval_s: Option<f64>,
     pub(crate) frequency_hz: Option<f64>,
@@ -48,7 +48,7 @@ pub(crate) struct Beside {
     pub(crate) missing: [bool; 2],
 }
 
-impl Beside {
+impl RowNumbers {
     /// Codes of warnings about missing numbers; the losses do not depend on them.
     pub(crate) fn warnings(&self) -> [(&'static str, bool); 2] {
         [("no_frequency", self.missing[0]), ("no_min_amplitude", self.missing[1])]
@@ -91,7 +91,7 @@ impl<'a> Input<'a> {
     }
 
     /// The numbers of a row; an error if the interval is missing or one of them is not above zero.
-    pub(crate) fn beside(&self, row: usize) -> Result<Beside, String> {
+    pub(crate) fn row_numbers(&self, row: usize) -> Result<RowNumbers, String> {
         let number = |name: &str, numbers: &Option<Numbers>| match numbers {
             None => Ok(None),
             Some(numbers) => match numbers.get(row) {
@@ -106,7 +106,7 @@ impl<'a> Input<'a> {
         };
         let missing = [is_missing(&self.frequency_hz), is_missing(&self.min_amplitude)];
         let unless = |missing: bool, name, numbers| if missing { Ok(None) } else { number(name, numbers) };
-        Ok(Beside {
+        Ok(RowNumbers {
             interval_s: number("dt", &self.interval_s)?,
             frequency_hz: unless(missing[0], "frequency_hz", &self.frequency_hz)?,
             min_amplitude: unless(missing[1], "min_amplitude", &self.min_amplitude)?,
@@ -115,13 +115,13 @@ impl<'a> Input<'a> {
     }
 
     /// The numbers common to all rows, if there are such; [`Options`] checked them.
-    pub(crate) fn beside_all(&self) -> Option<Beside> {
+    pub(crate) fn common_numbers(&self) -> Option<RowNumbers> {
         let same = |numbers: &Option<Numbers>| match numbers {
             None => Some(None),
             Some(Numbers::Same(value)) => Some(Some(*value)),
             Some(Numbers::Each(_)) => None,
         };
-        Some(Beside {
+        Some(RowNumbers {
             interval_s: same(&self.interval_s)?,
             frequency_hz: same(&self.frequency_hz)?,
             min_amplitude: same(&self.min_amplitude)?,
@@ -166,7 +166,7 @@ enum Offsets<'a> {
     Large(&'a [i64]),
     Fixed(usize),
     /// No row has values.
-    Nowhere,
+    NoValues,
 }
 
 impl<'a> Places<'a> {
@@ -188,7 +188,7 @@ impl<'a> Places<'a> {
             }
             // Tables without declared column types, such as those of pandas, have this type if every row is null
             // or there is no row; this may be a part of a larger table.
-            DataType::Null => (Offsets::Nowhere, lists),
+            DataType::Null => (Offsets::NoValues, lists),
             _ => return None,
         };
         Some((Self { rows: lists.len(), nulls: lists.nulls(), offsets }, values))
@@ -204,7 +204,7 @@ impl<'a> Places<'a> {
             Offsets::Small(offsets) => offsets[row] as usize..offsets[row + 1] as usize,
             Offsets::Large(offsets) => offsets[row] as usize..offsets[row + 1] as usize,
             Offsets::Fixed(size) => row * size..(row + 1) * size,
-            Offsets::Nowhere => return None,
+            Offsets::NoValues => return None,
         })
     }
 }
@@ -216,13 +216,13 @@ pub(crate) struct Lists<'a> {
 }
 
 /// The numbers of a row in the type they have in memory.
-enum Held<'a> {
+enum RowValues<'a> {
     Doubles(&'a [f64]),
     Singles(&'a [f32]),
 }
 
 /// The numbers of all rows in the type they have in memory.
-pub(crate) enum Kind<'a> {
+pub(crate) enum AllValues<'a> {
     Doubles(&'a [f64]),
     Singles(&'a [f32]),
 }
@@ -285,11 +285,11 @@ impl<'a> Lists<'a> {
     }
 
     /// The numbers of all rows; [`place`](Self::place) gives the position of each row.
-    pub(crate) fn kind(&self) -> Kind<'_> {
+    pub(crate) fn all_values(&self) -> AllValues<'_> {
         match &self.values {
-            Values::Doubles(values) => Kind::Doubles(values),
-            Values::Converted(values) => Kind::Doubles(values),
-            Values::Singles(values) => Kind::Singles(values),
+            Values::Doubles(values) => AllValues::Doubles(values),
+            Values::Converted(values) => AllValues::Doubles(values),
+            Values::Singles(values) => AllValues::Singles(values),
         }
     }
 
@@ -299,20 +299,20 @@ impl<'a> Lists<'a> {
     }
 
     /// The numbers of a row without conversion; `None` if it is null.
-    fn held(&self, row: usize) -> Option<Held<'_>> {
+    fn row_values(&self, row: usize) -> Option<RowValues<'_>> {
         let range = self.place(row)?;
         Some(match &self.values {
-            Values::Doubles(values) => Held::Doubles(&values[range]),
-            Values::Converted(values) => Held::Doubles(&values[range]),
-            Values::Singles(values) => Held::Singles(&values[range]),
+            Values::Doubles(values) => RowValues::Doubles(&values[range]),
+            Values::Converted(values) => RowValues::Doubles(&values[range]),
+            Values::Singles(values) => RowValues::Singles(&values[range]),
         })
     }
 
     /// The numbers of a row as doubles; `None` if it is null.
     pub(crate) fn get<'s>(&'s self, row: usize, scratch: &'s mut Vec<f64>) -> Option<&'s [f64]> {
-        Some(match self.held(row)? {
-            Held::Doubles(values) => values,
-            Held::Singles(values) => {
+        Some(match self.row_values(row)? {
+            RowValues::Doubles(values) => values,
+            RowValues::Singles(values) => {
                 scratch.clear();
                 scratch.extend(values.iter().map(|v| f64::from(*v)));
                 scratch
