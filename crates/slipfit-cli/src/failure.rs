@@ -26,20 +26,20 @@ pub(crate) const BUILD_PAGE: &str = "`cargo xtask web` builds the page into targ
 #[derive(Debug)]
 pub(crate) enum Failure {
     /// An error with its message.
-    Message(Complaint),
+    Message(MessageWithHint),
     /// The reader of the output has closed the pipe: nobody is left to be told.
     ClosedPipe,
 }
 
 #[derive(Debug)]
-pub(crate) struct Complaint {
+pub(crate) struct MessageWithHint {
     message: String,
     hint: Option<String>,
 }
 
 impl Failure {
     pub(crate) fn new(message: impl Into<String>) -> Self {
-        Self::Message(Complaint { message: message.into(), hint: None })
+        Self::Message(MessageWithHint { message: message.into(), hint: None })
     }
 
     pub(crate) fn hint(mut self, hint: impl Into<String>) -> Self {
@@ -153,7 +153,7 @@ impl From<slipfit_io::ReadError> for Failure {
     }
 }
 
-impl fmt::Display for Complaint {
+impl fmt::Display for MessageWithHint {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&hanging("error:", ERROR, &self.message))?;
         match &self.hint {

@@ -13,12 +13,12 @@ use std::time::{Duration, Instant};
 pub(crate) const INTERRUPTED: u8 = 130;
 
 /// Whether the first interrupt only requests an end.
-static PATIENT: AtomicBool = AtomicBool::new(false);
-static ASKED: AtomicBool = AtomicBool::new(false);
+static GRACEFUL: AtomicBool = AtomicBool::new(false);
+static STOP_REQUESTED: AtomicBool = AtomicBool::new(false);
 /// Whether the analyses are finished: the rest is quick and completes the outputs.
-static CLOSING: AtomicBool = AtomicBool::new(false);
+static COMPLETING: AtomicBool = AtomicBool::new(false);
 /// Time allowed after an interrupt for the files that have been begun.
-const PATIENCE: Duration = Duration::from_millis(700);
+const GRACE_PERIOD: Duration = Duration::from_millis(700);
 /// Files to remove if the program ends now.
 static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
@@ -29,28 +29,28 @@ pub(crate) fn begin() {
 }
 
 /// The files are done: one interrupt no longer stops what follows, a second one does.
-pub(crate) fn closing() {
-    CLOSING.store(true, Ordering::SeqCst);
+pub(crate) fn begin_completion() {
+    COMPLETING.store(true, Ordering::SeqCst);
 }
 
 /// From here on, an interrupt requests an end; a second one ends the program at once.
-pub(crate) fn watch() -> Result<(), Failure> {
-    PATIENT.store(true, Ordering::SeqCst);
+pub(crate) fn enable_graceful_stop() -> Result<(), Failure> {
+    GRACEFUL.store(true, Ordering::SeqCst);
     handle().map_err(|e| Failure::new(format!("interrupts cannot be handled: {e}")))
 }
 
 /// Whether an end was requested.
-pub(crate) fn asked() -> bool {
-    ASKED.load(Ordering::SeqCst)
+pub(crate) fn stop_requested() -> bool {
+    STOP_REQUESTED.load(Ordering::SeqCst)
 }
 
 fn handle() -> Result<(), String> {
     static HANDLER: OnceLock<Result<(), String>> = OnceLock::new();
     let interrupted = || {
-        if PATIENT.load(Ordering::SeqCst) && !ASKED.swap(true, Ordering::SeqCst) {
+        if GRACEFUL.load(Ordering::SeqCst) && !STOP_REQUESTED.swap(true, Ordering::SeqCst) {
             let asked = Instant::now();
-            while asked.elapsed() < PATIENCE {
-                if CLOSING.load(Ordering::SeqCst) {
+            while asked.elapsed() < GRACE_PERIOD {
+                if COMPLETING.load(Ordering::SeqCst) {
                     return;
                 }
                 sleep(Duration::from_millis(10));

@@ -6,7 +6,7 @@ use std::thread;
 use std::time::Duration;
 
 /// Work that is done within this time shows no progress.
-const PATIENCE: Duration = Duration::from_secs(1);
+const SPINNER_DELAY: Duration = Duration::from_secs(1);
 /// Time between two frames of a spinner.
 const TICK: Duration = Duration::from_millis(120);
 
@@ -30,7 +30,7 @@ pub(crate) fn spin(bar: &ProgressBar, message: &'static str) {
 }
 
 /// Does `work`, with a spinner after the first second.
-pub(crate) fn watched<T>(message: &'static str, quiet: bool, work: impl FnOnce() -> T) -> T {
+pub(crate) fn with_spinner<T>(message: &'static str, quiet: bool, work: impl FnOnce() -> T) -> T {
     let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
     if quiet || bar.is_hidden() {
         return work();
@@ -38,7 +38,7 @@ pub(crate) fn watched<T>(message: &'static str, quiet: bool, work: impl FnOnce()
     thread::scope(|scope| {
         let (done, waiting) = channel::<()>();
         scope.spawn(move || {
-            if waiting.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Timeout) {
+            if waiting.recv_timeout(SPINNER_DELAY) == Err(RecvTimeoutError::Timeout) {
                 bar.reset_elapsed();
                 spin(&bar, message);
                 // Returns an error once `done` is dropped, also after a panic.

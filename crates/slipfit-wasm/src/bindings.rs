@@ -15,7 +15,7 @@ struct Failed {
     error: Refusal,
 }
 
-fn told<T: Serialize>(result: Result<T, Refusal>) -> String {
+fn result_json<T: Serialize>(result: Result<T, Refusal>) -> String {
     match result {
         Ok(value) => serde_json::to_string(&value),
         Err(error) => serde_json::to_string(&Failed { error }),
@@ -36,10 +36,10 @@ pub fn use_lanes() {
 
 /// [`Session`].
 #[wasm_bindgen(js_name = Session)]
-pub struct Held(Session);
+pub struct SessionHandle(Session);
 
 #[wasm_bindgen(js_class = Session)]
-impl Held {
+impl SessionHandle {
     /// [`Session::new`]; an empty `reference_name` means no reference.
     #[wasm_bindgen(constructor)]
     pub fn new(bytes: Vec<u8>, name: &str, reference: Vec<u8>, reference_name: &str) -> Self {
@@ -49,12 +49,12 @@ impl Held {
 
     /// [`Session::preview`].
     pub fn preview(&mut self, options: &str) -> String {
-        told(Options::parse(options).and_then(|options| self.0.preview(&options)))
+        result_json(Options::parse(options).and_then(|options| self.0.preview(&options)))
     }
 
     /// [`Session::analyse`].
     pub fn analyse(&mut self, options: &str) -> String {
-        told(Options::parse(options).and_then(|options| self.0.analyse(&options)))
+        result_json(Options::parse(options).and_then(|options| self.0.analyse(&options)))
     }
 
     /// [`Session::trace`]: times, signal and fit, of equal length, one after another.
@@ -65,20 +65,20 @@ impl Held {
     /// [`Session::output`], as a string of JSON.
     pub fn output(&self, what: &str) -> String {
         let output = serde_json::from_value::<Output>(Value::from(what));
-        told(output.map_err(|e| Refusal::new(e.to_string())).and_then(|output| self.0.output(output)))
+        result_json(output.map_err(|e| Refusal::new(e.to_string())).and_then(|output| self.0.output(output)))
     }
 }
 
 /// [`crate::simulate::decay`].
 #[wasm_bindgen(js_name = simulateDecay)]
 pub fn simulate_decay(choice: &str) -> String {
-    told(parsed(choice).and_then(|choice| decay(&choice)))
+    result_json(parsed(choice).and_then(|choice| decay(&choice)))
 }
 
 /// [`crate::simulate::resonance`].
 #[wasm_bindgen(js_name = simulateResonance)]
 pub fn simulate_resonance(choice: &str) -> String {
-    told(parsed(choice).and_then(|choice| resonance(&choice)))
+    result_json(parsed(choice).and_then(|choice| resonance(&choice)))
 }
 
 /// Style rules that convert the colours of the panels for a dark screen.

@@ -45,13 +45,13 @@ pub struct PreviewColumn {
 
 /// A preview with the options it was read with.
 #[derive(Debug)]
-pub(crate) struct Seen {
+pub(crate) struct CachedPreview {
     pub(crate) read_by: ReadOptions,
     /// Its analysis is the one suggested by the file.
     found: Preview,
 }
 
-impl Seen {
+impl CachedPreview {
     /// The options for looking at a file. A column, a unit or a rate belongs to one analysis and does not decide
     /// what the file is.
     pub(crate) fn read_by(options: &Options) -> Result<ReadOptions, Refusal> {
@@ -61,23 +61,23 @@ impl Seen {
 
     /// Looks at a file; also returns the record if all of it has been read.
     pub(crate) fn new(file: &File<'_>, read_by: ReadOptions) -> Result<(Self, Option<Reading>), Refusal> {
-        let seen = slipfit_io::glance_from(file.bytes, file.name, PREVIEW_ROWS, &read_by, Some(&read_by))?;
-        let tables = &seen.tables.tables;
-        let is_sweep = seen.curve.is_some() || seen.record.is_err() && tables.iter().any(Table::is_sweep);
+        let glance = slipfit_io::glance_from(file.bytes, file.name, PREVIEW_ROWS, &read_by, Some(&read_by))?;
+        let tables = &glance.tables.tables;
+        let is_sweep = glance.curve.is_some() || glance.record.is_err() && tables.iter().any(Table::is_sweep);
         let analysis = if is_sweep {
             Analysis::Resonance
-        } else if seen.record.is_err() && names_levels(file, &read_by) {
+        } else if glance.record.is_err() && names_levels(file, &read_by) {
             Analysis::Levels
         } else {
             Analysis::Ringdown
         };
         let found = Preview {
-            format: seen.tables.format.name().to_owned(),
+            format: glance.tables.format.name().to_owned(),
             tables: tables.iter().map(PreviewTable::from).collect(),
             analysis,
             models: models(),
         };
-        let record = seen.record.ok().filter(|_| !seen.in_part);
+        let record = glance.record.ok().filter(|_| !glance.in_part);
         Ok((Self { read_by, found }, record))
     }
 

@@ -1,7 +1,7 @@
 //! A file opened by a user: previewed, analysed again after each change of options, and reported on request.
 
 use crate::analysed::Analysed;
-use crate::preview::{Preview, Seen};
+use crate::preview::{CachedPreview, Preview};
 use crate::refusal::{Advice, Refusal};
 use crate::spelling::{command, python};
 use crate::trace::Trace;
@@ -38,7 +38,7 @@ pub struct Session {
     name: String,
     bytes: Vec<u8>,
     reference: Option<(String, Vec<u8>)>,
-    seen: Option<Seen>,
+    cached_preview: Option<CachedPreview>,
     /// The record, as read with these options.
     record: Option<(ReadOptions, Reading)>,
     answered: Option<Last>,
@@ -99,7 +99,7 @@ impl Session {
     #[must_use]
     pub fn new(name: &str, bytes: Vec<u8>, reference: Option<(&str, Vec<u8>)>) -> Self {
         let reference = reference.map(|(name, bytes)| (name.to_owned(), bytes));
-        Self { name: name.to_owned(), bytes, reference, seen: None, record: None, answered: None }
+        Self { name: name.to_owned(), bytes, reference, cached_preview: None, record: None, answered: None }
     }
 
     /// Looks at the file without an analysis.
@@ -114,14 +114,14 @@ impl Session {
     /// assert_eq!((seen.analysis, seen.tables[0].columns.len()), (Analysis::Resonance, 2));
     /// ```
     pub fn preview(&mut self, options: &Options) -> Result<Preview, Refusal> {
-        let read_by = Seen::read_by(options)?;
-        if let Some(seen) = self.seen.as_ref().filter(|seen| seen.read_by == read_by) {
-            return Ok(seen.preview(options.analysis));
+        let read_by = CachedPreview::read_by(options)?;
+        if let Some(cached) = self.cached_preview.as_ref().filter(|cached| cached.read_by == read_by) {
+            return Ok(cached.preview(options.analysis));
         }
-        let (seen, record) = Seen::new(&File { name: &self.name, bytes: &self.bytes }, read_by)?;
+        let (cached, record) = CachedPreview::new(&File { name: &self.name, bytes: &self.bytes }, read_by)?;
         self.answered = None;
-        self.record = record.map(|record| (seen.read_by.clone(), record));
-        Ok(self.seen.insert(seen).preview(options.analysis))
+        self.record = record.map(|record| (cached.read_by.clone(), record));
+        Ok(self.cached_preview.insert(cached).preview(options.analysis))
     }
 
     /// Analyses the file.
@@ -243,17 +243,17 @@ impl Session {
 
 /// Reads the record with `read_by`, unless that is the record already held.
 fn record<'a>(
-    held: &'a mut Option<(ReadOptions, Reading)>,
+    cached: &'a mut Option<(ReadOptions, Reading)>,
     file: &File<'_>,
     read_by: ReadOptions,
 ) -> Result<&'a Reading, Refusal> {
-    let fits = held.as_ref().is_some_and(|(by, _)| *by == read_by);
-    let read = match held.take().filter(|_| fits) {
+    let fits = cached.as_ref().is_some_and(|(by, _)| *by == read_by);
+    let read = match cached.take().filter(|_| fits) {
         Some(read) => read,
         None => {
             let reading = slipfit_io::read_from(file.bytes, file.name, &read_by)?;
             (read_by, reading)
         }
     };
-    Ok(&held.insert(read).1)
+    Ok(&cached.insert(read).1)
 }

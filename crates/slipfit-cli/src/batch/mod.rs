@@ -63,7 +63,7 @@ pub(crate) fn run(task: &Task<'_>, color: ColorChoice) -> Result<ExitCode, Failu
         }
         None => (None, Vec::new()),
     };
-    interrupt::watch()?;
+    interrupt::enable_graceful_stop()?;
     let known: HashMap<String, Row> = known.into_iter().map(|r| (r.file.clone(), r)).collect();
     let bar = progress::bar(task.files.len() as u64, "{pos}/{len} files", task.out.quiet);
     let rows = task
@@ -74,7 +74,7 @@ pub(crate) fn run(task: &Task<'_>, color: ColorChoice) -> Result<ExitCode, Failu
                 bar.inc(1);
                 return Ok(Some(row.clone()));
             }
-            if interrupt::asked() {
+            if interrupt::stop_requested() {
                 return Ok(None);
             }
             let row = one(task, file);
@@ -85,7 +85,7 @@ pub(crate) fn run(task: &Task<'_>, color: ColorChoice) -> Result<ExitCode, Failu
             Ok(Some(row))
         })
         .collect::<Result<Vec<Option<Row>>, Failure>>()?;
-    interrupt::closing();
+    interrupt::begin_completion();
     bar.finish_and_clear();
     let interrupted = rows.iter().any(Option::is_none);
     // Rows were written as they were completed; the table has the order of the files.

@@ -26,7 +26,7 @@ pub(crate) fn run(args: &InspectArgs, color: ColorChoice) -> Result<ExitCode, Fa
     // Standard output may be redirected into the file itself.
     output::Outputs::new(false, [args.file.as_path()])?;
     let curve_options = args.reading.curve_options();
-    let looked = progress::watched("reading", false, || {
+    let looked = progress::with_spinner("reading", false, || {
         slipfit_io::glance(&args.file, PREVIEW_ROWS, &args.reading.options(), curve_options.as_ref())
     })?;
     let Glance { head, tables, record: reading, swings, curve, .. } = looked;

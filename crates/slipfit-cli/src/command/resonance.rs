@@ -23,7 +23,7 @@ pub(crate) fn run(args: &ResonanceArgs, color: ColorChoice) -> Result<ExitCode, 
     }
     let to = Destinations::new(&args.out, args.inputs())?;
     let curve = args.curve.options();
-    let (reference, reading, options, answer) = progress::watched("analysing", args.out.quiet, || {
+    let (reference, reading, options, answer) = progress::with_spinner("analysing", args.out.quiet, || {
         let reference = read_reference(args.reference.as_deref(), &curve)?;
         let given = (args.options(), args.analysis.drive_unit());
         let (reading, options) = prepare(&args.files, &curve, given, reference.as_ref())?;

@@ -38,7 +38,7 @@ pub(crate) fn run(args: &RingdownArgs, color: ColorChoice) -> Result<ExitCode, F
     }
     let file = &args.files[0];
     let to = Destinations::new(&args.out, [file.as_path()])?;
-    let Done { reading, options, answer } = watched(file, args)?;
+    let Done { reading, options, answer } = analyse_with_progress(file, args)?;
     // The report contains the name used for standard input.
     let file = Path::new(&reading.report.path);
     let analysed = AnalysedRingdown { file, reading: &reading, options: &options, answer: &answer };
@@ -53,10 +53,10 @@ struct Done {
 }
 
 /// Reads and analyses one file, with a progress bar if that takes a while.
-fn watched(file: &Path, args: &RingdownArgs) -> Result<Done, Failure> {
+fn analyse_with_progress(file: &Path, args: &RingdownArgs) -> Result<Done, Failure> {
     let bytes = std::fs::metadata(file).map_or(0, |m| m.len());
     if args.out.quiet || bytes < LARGE {
-        return progress::watched("analysing", args.out.quiet, || analyse_file(file, args));
+        return progress::with_spinner("analysing", args.out.quiet, || analyse_file(file, args));
     }
     let bar = progress::bar(bytes, "{bytes} of {total_bytes}", false);
     let read = slipfit_io::read_watched(file, &args.reading.options(), &mut |n| {

@@ -20,7 +20,7 @@ pub(crate) fn run(args: &SeriesArgs, color: ColorChoice) -> Result<ExitCode, Fai
     let mut measurements = Vec::new();
     let mut inputs = Vec::new();
     for entry in &manifest.entries {
-        let (data, input) = progress::watched("reading", args.out.quiet, || read(entry))?;
+        let (data, input) = progress::with_spinner("reading", args.out.quiet, || read(entry))?;
         inputs.push(input);
         measurements.push(Measurement {
             name: entry.name.clone(),
@@ -40,7 +40,7 @@ pub(crate) fn run(args: &SeriesArgs, color: ColorChoice) -> Result<ExitCode, Fai
     options.calibration = manifest.calibration.map(|(constant, _)| constant);
     options.unit = unit;
     options.condition_unit = manifest.condition_unit.clone();
-    let answer = progress::watched("analysing", args.out.quiet, || analyse(&measurements, &options))
+    let answer = progress::with_spinner("analysing", args.out.quiet, || analyse(&measurements, &options))
         .map_err(|e| Failure::analysing(Analysis::Resonance, &args.manifest, &e))?;
     let heading = SeriesHeading {
         path: args.manifest.display().to_string(),

@@ -26,16 +26,16 @@ pub(super) fn condition(
     value: Option<&Number>,
     unit: &str,
 ) -> Result<Written, String> {
-    let beside = |text: &str| if unit.is_empty() { text.to_owned() } else { format!("{text} {unit}") };
+    let with_unit = |text: &str| if unit.is_empty() { text.to_owned() } else { format!("{text} {unit}") };
     let (label, own, own_unit) = match given {
         None => (String::new(), None, None),
-        Some(Number::Plain(value)) => (beside(&value.to_string()), Some([*value, 0.0]), None),
+        Some(Number::Plain(value)) => (with_unit(&value.to_string()), Some([*value, 0.0]), None),
         Some(Number::Text(text)) => {
             let number = text.trim_end_matches(|c: char| !c.is_ascii_digit() && c != ')' && c != '%');
             let (own, named) = (pair(number).ok(), text[number.len()..].trim());
             match own {
                 // A number between quotes is a number.
-                Some(_) if named.is_empty() => (beside(text.trim()), own, None),
+                Some(_) if named.is_empty() => (with_unit(text.trim()), own, None),
                 Some(_) => (text.clone(), own, Some(named.to_owned())),
                 None => (text.clone(), None, None),
             }
@@ -47,7 +47,7 @@ pub(super) fn condition(
         None => (own, own_unit),
     };
     let label = if label.is_empty() {
-        value.map_or_else(|| "(none)".to_owned(), |v| beside(&v[0].to_string()))
+        value.map_or_else(|| "(none)".to_owned(), |v| with_unit(&v[0].to_string()))
     } else {
         label
     };

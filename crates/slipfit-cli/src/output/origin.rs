@@ -29,20 +29,20 @@ pub(crate) fn foreign(shown: &str) -> Failure {
 }
 
 /// Number of bytes read from the start and from the end.
-const LOOK: u64 = 4096;
+const BYTES_EXAMINED: u64 = 4096;
 
 /// Whether it may be replaced without asking.
 pub(super) fn is_ours(path: &Path) -> io::Result<bool> {
     let mut file = File::open(path)?;
     let mut head = Vec::new();
-    file.by_ref().take(LOOK).read_to_end(&mut head)?;
+    file.by_ref().take(BYTES_EXAMINED).read_to_end(&mut head)?;
     if head.starts_with(b"PAR1") {
         return Ok(parquet_is_ours(file));
     }
     let length = file.seek(SeekFrom::End(0))?;
-    file.seek(SeekFrom::Start(length.saturating_sub(LOOK)))?;
+    file.seek(SeekFrom::Start(length.saturating_sub(BYTES_EXAMINED)))?;
     let mut tail = Vec::new();
-    file.take(LOOK).read_to_end(&mut tail)?;
+    file.take(BYTES_EXAMINED).read_to_end(&mut tail)?;
     Ok(bytes_are_ours(&head, &tail))
 }
 

@@ -30,7 +30,7 @@ pub(crate) struct Sink {
 enum Out {
     Stdout(io::Stdout),
     Direct(File),
-    Beside(NamedTempFile, Unfinished),
+    TempFile(NamedTempFile, Unfinished),
 }
 
 impl Sink {
@@ -42,9 +42,9 @@ impl Sink {
             Place::Direct(path) => OpenOptions::new().append(true).open(path).map(Out::Direct),
             Place::File(path) => {
                 file = Some(path.clone());
-                beside(path).map(|new| {
+                temp_file_next_to(path).map(|new| {
                     let unfinished = Unfinished::new(new.path());
-                    Out::Beside(new, unfinished)
+                    Out::TempFile(new, unfinished)
                 })
             }
         };
@@ -58,7 +58,7 @@ impl Sink {
         let failed = |e: &io::Error| Failure::writing(&name, e);
         let out = out.into_inner().map_err(|e| failed(e.error()))?;
         match (out, file) {
-            (Out::Beside(new, unfinished), Some(path)) => {
+            (Out::TempFile(new, unfinished), Some(path)) => {
                 keep_permissions(&path, new.as_file()).map_err(|e| failed(&e))?;
                 new.as_file().sync_all().map_err(|e| failed(&e))?;
                 // Another program may have created one in the meantime.
@@ -75,7 +75,7 @@ impl Sink {
 }
 
 /// A new file in the folder of `path`.
-fn beside(path: &Path) -> io::Result<NamedTempFile> {
+fn temp_file_next_to(path: &Path) -> io::Result<NamedTempFile> {
     let folder = path.parent().unwrap_or(Path::new("."));
     remove_stale(folder);
     let mut builder = tempfile::Builder::new();
@@ -109,17 +109,17 @@ fn remove_stale(folder: &Path) {
 
 /// Gives the new file the permissions of the old one, and its owner where that is allowed.
 fn keep_permissions(old: &Path, new: &File) -> io::Result<()> {
-    let Ok(held) = fs::metadata(old) else { return Ok(()) };
+    let Ok(metadata) = fs::metadata(old) else { return Ok(()) };
     #[cfg(unix)]
     {
         use std::os::unix::fs::{MetadataExt as _, fchown};
         let ours = new.metadata()?;
-        if (held.uid(), held.gid()) != (ours.uid(), ours.gid()) {
+        if (metadata.uid(), metadata.gid()) != (ours.uid(), ours.gid()) {
             // Only root may change the owner; the contents matter more.
-            let _ = fchown(new, Some(held.uid()), Some(held.gid()));
+            let _ = fchown(new, Some(metadata.uid()), Some(metadata.gid()));
         }
     }
-    new.set_permissions(held.permissions())
+    new.set_permissions(metadata.permissions())
 }
 
 impl Write for Out {
@@ -127,7 +127,7 @@ impl Write for Out {
         match self {
             Self::Stdout(out) => out.write(bytes),
             Self::Direct(out) => out.write(bytes),
-            Self::Beside(out, _) => out.write(bytes),
+            Self::TempFile(out, _) => out.write(bytes),
         }
     }
 
@@ -135,7 +135,7 @@ impl Write for Out {
         match self {
             Self::Stdout(out) => out.flush(),
             Self::Direct(out) => out.flush(),
-            Self::Beside(out, _) => out.flush(),
+            Self::TempFile(out, _) => out.flush(),
         }
     }
 }

@@ -68,10 +68,10 @@ impl Store {
 
     /// Whether it could be put in place: another program may have created one in the meantime.
     fn put(&self, files: Vec<(String, Vec<u8>)>) -> io::Result<bool> {
-        let beside = tempfile::Builder::new()
+        let temp_folder = tempfile::Builder::new()
             .prefix(".slipfit-")
             .tempdir_in(self.folder.parent().unwrap_or(Path::new(".")))?;
-        let [new, old] = ["new", "old"].map(|name| beside.path().join(name));
+        let [new, old] = ["new", "old"].map(|name| temp_folder.path().join(name));
         fs::create_dir(&new)?;
         for (path, bytes) in files {
             let path = new.join(path);

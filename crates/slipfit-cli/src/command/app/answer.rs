@@ -1,6 +1,6 @@
 //! Decides which requests are answered, and how.
 
-use super::handed::{Handed, list};
+use super::given_file::{GivenFile, list};
 use super::site::Asset;
 use std::fs::File;
 
@@ -10,7 +10,7 @@ pub(super) struct Served {
     port: u16,
     token: String,
     assets: &'static [Asset],
-    files: Vec<Handed>,
+    files: Vec<GivenFile>,
 }
 
 /// The relevant part of a request.
@@ -40,7 +40,7 @@ pub(super) enum Body {
 }
 
 impl Served {
-    pub(super) fn new(port: u16, token: String, assets: &'static [Asset], files: Vec<Handed>) -> Self {
+    pub(super) fn new(port: u16, token: String, assets: &'static [Asset], files: Vec<GivenFile>) -> Self {
         Self { port, token, assets, files }
     }
 
@@ -94,8 +94,8 @@ impl Served {
             return Some(Answer { status: "200 OK", kind: "application/json", packed: false, body });
         }
         if let Some(number) = path.strip_prefix("handed/") {
-            let handed = self.files.iter().zip(0..).find(|(_, i): &(_, usize)| i.to_string() == number)?.0;
-            return Some(match handed.open() {
+            let file = self.files.iter().zip(0..).find(|(_, i): &(_, usize)| i.to_string() == number)?.0;
+            return Some(match file.open() {
                 Ok((file, length)) => Answer {
                     status: "200 OK",
                     kind: "application/octet-stream",

@@ -1,7 +1,7 @@
 //! `slipfit app`: serves the browser page from this program on the loopback interface.
 
 mod answer;
-mod handed;
+mod given_file;
 mod server;
 mod site;
 
@@ -10,7 +10,7 @@ use crate::failure::{BUILD_PAGE, Failure, WITHOUT_PAGE, note_line};
 use crate::output::{print, print_error};
 use anstream::ColorChoice;
 use answer::Served;
-use handed::Handed;
+use given_file::GivenFile;
 use std::net::{Ipv4Addr, TcpListener};
 use std::process::ExitCode;
 
@@ -18,7 +18,7 @@ pub(crate) fn run(args: &AppArgs, color: ColorChoice) -> Result<ExitCode, Failur
     if site::SITE.is_empty() {
         return Err(Failure::new(WITHOUT_PAGE).hint(BUILD_PAGE));
     }
-    let files = args.files.iter().map(|path| Handed::new(path)).collect::<Result<Vec<_>, _>>()?;
+    let files = args.files.iter().map(|path| GivenFile::new(path)).collect::<Result<Vec<_>, _>>()?;
     let refused = |e: std::io::Error| {
         Failure::new(format!("--port {}: 127.0.0.1 cannot be served there: {e}", args.port))
             .hint("--port 0 takes a free one")

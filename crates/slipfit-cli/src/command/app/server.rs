@@ -12,7 +12,7 @@ const MOST_AT_ONCE: usize = 32;
 /// Maximum size of the headers; those of a browser are a tenth of it.
 const MOST_BYTES: usize = 1 << 14;
 const MOST_HEADERS: usize = 64;
-const PATIENCE: Duration = Duration::from_secs(20);
+const IO_TIMEOUT: Duration = Duration::from_secs(20);
 
 /// Serves requests until the program is ended.
 pub(super) fn serve(listener: &TcpListener, served: Served) -> ! {
@@ -31,16 +31,16 @@ pub(super) fn serve(listener: &TcpListener, served: Served) -> ! {
         let (served, busy) = (Arc::clone(&served), Arc::clone(&busy));
         std::thread::spawn(move || {
             // A client that has disconnected needs no answer.
-            let _ = converse(stream, &served);
+            let _ = handle_request(stream, &served);
             busy.fetch_sub(1, Ordering::SeqCst);
         });
     }
 }
 
 /// Reads one request and answers it.
-fn converse(mut stream: TcpStream, served: &Served) -> io::Result<()> {
-    stream.set_read_timeout(Some(PATIENCE))?;
-    stream.set_write_timeout(Some(PATIENCE))?;
+fn handle_request(mut stream: TcpStream, served: &Served) -> io::Result<()> {
+    stream.set_read_timeout(Some(IO_TIMEOUT))?;
+    stream.set_write_timeout(Some(IO_TIMEOUT))?;
     let mut bytes = Vec::new();
     let (answer, headers_only) = loop {
         let mut headers = [httparse::EMPTY_HEADER; MOST_HEADERS];
@@ -92,7 +92,7 @@ fn write(out: &mut impl Write, answer: Answer, headers_only: bool) -> io::Result
 
 #[cfg(test)]
 mod tests {
-    use super::super::handed::Handed;
+    use super::super::given_file::GivenFile;
     use super::super::site::Asset;
     use super::*;
     use std::net::{Ipv4Addr, SocketAddr};
@@ -106,7 +106,7 @@ mod tests {
     fn start() -> SocketAddr {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
         let address = listener.local_addr().unwrap();
-        let files = vec![Handed::new(Path::new(FILE)).unwrap()];
+        let files = vec![GivenFile::new(Path::new(FILE)).unwrap()];
         let served = Served::new(address.port(), TOKEN.to_owned(), ASSETS, files);
         std::thread::spawn(move || serve(&listener, served));
         address

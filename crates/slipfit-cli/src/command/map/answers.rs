@@ -130,13 +130,13 @@ impl Map<'_> {
         let detected = self.detected().filter(|flag| *flag == Some(true)).count();
         let warned = self.warned();
         let found = |(i, found): (usize, Option<bool>)| found == Some(true) && warned.get(i) == Some(&true);
-        let beside = match self.detected().enumerate().filter(|at| found(*at)).count() {
+        let warned_part = match self.detected().enumerate().filter(|at| found(*at)).count() {
             0 => String::new(),
             count => format!(", {count} of them with a warning"),
         };
         let chance = InferenceCriteria::default().detected;
         text += &format!(
-            "  sliding friction detected in {detected}{beside} (by chance in one of {:.0})\n",
+            "  sliding friction detected in {detected}{warned_part} (by chance in one of {:.0})\n",
             1.0 / chance
         );
         let sound = warned.iter().filter(|warned| !**warned).count();

@@ -21,7 +21,7 @@ pub(super) struct Blocks {
     targets: BTreeMap<usize, Target>,
     force: bool,
     /// Everything other than its numbers that changes the answers of a block.
-    asked: String,
+    options_text: String,
 }
 
 const SIGNATURE: &str = "slipfit_block";
@@ -46,18 +46,18 @@ impl Blocks {
         for rows in rows {
             let path = folder.join(format!("rows-{}-{}.arrow", rows.start, rows.end));
             let target = outputs.add_own("--resume, a block", &path)?;
-            if !force && Held::of(&path, "").is_foreign() {
+            if !force && StoredBlock::of(&path, "").is_foreign() {
                 return Err(output::foreign(&format!("--resume, a block {}", path.display())));
             }
             targets.insert(rows.start, target);
         }
-        let asked = format!("{} {options:?}", crate::version::long());
-        Ok(Self { targets, asked, force })
+        let options_text = format!("{} {options:?}", crate::version::long());
+        Ok(Self { targets, options_text, force })
     }
 
     /// The block from the folder if it was computed from the same numbers with the same options; otherwise it is
     /// computed and kept.
-    pub(super) fn taken_or(
+    pub(super) fn load_or_compute(
         &self,
         rows: &Range<usize>,
         traces: Vec<f64>,
@@ -65,12 +65,12 @@ impl Blocks {
     ) -> Result<RecordBatch, Failure> {
         let Some(target) = self.targets.get(&rows.start) else { return fit(traces) };
         let signature = self.signature(&traces);
-        if let Held::Block(kept) = Held::of(target.named(), &signature) {
+        if let StoredBlock::Block(kept) = StoredBlock::of(target.named(), &signature) {
             return Ok(kept);
         }
         let found = fit(traces)?;
         // Another program may have written one in the meantime.
-        if !self.force && Held::of(target.named(), &signature).is_foreign() {
+        if !self.force && StoredBlock::of(target.named(), &signature).is_foreign() {
             return Err(output::foreign(&target.named().display().to_string()));
         }
         target.write(|out| keep(out, signature, &found).map_err(io::Error::other))?;
@@ -79,7 +79,7 @@ impl Blocks {
 
     fn signature(&self, traces: &[f64]) -> String {
         let mut digest = Sha256::new();
-        digest.update(self.asked.as_bytes());
+        digest.update(self.options_text.as_bytes());
         let mut bytes = Vec::new();
         for part in traces.chunks(1 << 13) {
             bytes.clear();
@@ -100,7 +100,7 @@ fn keep(out: &mut dyn Write, signature: String, found: &RecordBatch) -> Result<(
 }
 
 /// The file found in the place of a block.
-enum Held {
+enum StoredBlock {
     /// Nothing, a block of other numbers, or a truncated one: it is computed again.
     Nothing,
     Block(RecordBatch),
@@ -108,7 +108,7 @@ enum Held {
     Foreign,
 }
 
-impl Held {
+impl StoredBlock {
     fn of(path: &Path, signature: &str) -> Self {
         let mut head = Vec::new();
         let opened = File::open(path).and_then(|file| file.take(MAGIC.len() as u64).read_to_end(&mut head));

@@ -45,13 +45,13 @@ pub(crate) fn run(args: &MapArgs, color: ColorChoice) -> Result<ExitCode, Failur
     };
     // An unfinished map is worth keeping only if blocks are kept.
     if blocks.is_some() {
-        interrupt::watch()?;
+        interrupt::enable_graceful_stop()?;
     }
     let [rows, columns] = grid.pixels();
     let bar = progress::bar((rows * columns) as u64, "{pos}/{len} pixels", args.quiet);
     let mut parts = Vec::new();
     for block in grid.blocks() {
-        if interrupt::asked() {
+        if interrupt::stop_requested() {
             bar.abandon();
             return Ok(ExitCode::from(INTERRUPTED));
         }
@@ -62,13 +62,13 @@ pub(crate) fn run(args: &MapArgs, color: ColorChoice) -> Result<ExitCode, Failur
                 .map_err(|e| refused(&args.file, &e))
         };
         parts.push(match &blocks {
-            Some(blocks) => blocks.taken_or(&block, traces, fit)?,
+            Some(blocks) => blocks.load_or_compute(&block, traces, fit)?,
             None => fit(traces)?,
         });
         bar.inc((block.len() * columns) as u64);
     }
     bar.finish_and_clear();
-    interrupt::closing();
+    interrupt::begin_completion();
     let map = Map { parts, pixels: [rows, columns], unit: &options.unit };
     if let Some(table) = table {
         table.write(&map)?;

@@ -35,7 +35,7 @@ const FILES: [&str; 13] = [
 pub(crate) fn run(args: &PaperArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
     let to = Outputs::new(args.replace.force, [])?.folder(&args.out, FILES)?;
     let computed = |e: slipfit::Error| Failure::new(format!("the paper's case could not be computed: {e}"));
-    let (first, ringdowns, response, third) = progress::watched("computing", false, || {
+    let (first, ringdowns, response, third) = progress::with_spinner("computing", false, || {
         let (first, ringdowns) = (waveforms::charts()?, ringdowns::measure(args.seed)?);
         Ok((first, ringdowns, response::curves()?, response::at_a_third()?))
     })

@@ -20,7 +20,7 @@ pub(super) fn run(args: &DecayArgs, to: &write::Destinations) -> Result<(), Fail
     let unit = &args.sample.unit;
     let oscillator = oscillator(&args.oscillator, unit, |_| Ok(args.amplitude.abs()))?;
     let friction = friction(&args.oscillator.minus, &oscillator, unit)?;
-    let motion = Decaying::new(&oscillator, friction, args.amplitude).map_err(in_flags)?;
+    let motion = DecayMotion::new(&oscillator, friction, args.amplitude).map_err(in_flags)?;
     let mut sheet = Sheet {
         command: "decay",
         title: "exact free decay with viscous and sliding friction, released at rest",
@@ -39,8 +39,8 @@ pub(super) fn run(args: &DecayArgs, to: &write::Destinations) -> Result<(), Fail
         }
         let until_s = args.sampling.duration;
         let mut points: Box<dyn Iterator<Item = [f64; 2]>> = match motion {
-            Decaying::Even(d) => Box::new(d.turning_points().map(|p| [p.time_s, p.position])),
-            Decaying::Uneven(m) => {
+            DecayMotion::Even(d) => Box::new(d.turning_points().map(|p| [p.time_s, p.position])),
+            DecayMotion::Uneven(m) => {
                 let start = [0.0, args.amplitude];
                 Box::new(std::iter::once(start).chain(turning_points(*m, until_s)))
             }
@@ -59,12 +59,12 @@ pub(super) fn run(args: &DecayArgs, to: &write::Destinations) -> Result<(), Fail
 
 /// The closed form, or the event-driven solution if friction differs by direction.
 #[derive(Clone)]
-enum Decaying {
+enum DecayMotion {
     Even(FreeDecay),
     Uneven(Box<Motion>),
 }
 
-impl Decaying {
+impl DecayMotion {
     fn new(o: &Oscillator, friction: Friction, amplitude: f64) -> Result<Self, slipfit::Error> {
         if friction == Friction::of(o) {
             return FreeDecay::from_rest(o, amplitude).map(Self::Even);
@@ -98,7 +98,7 @@ fn header(
     args: &DecayArgs,
     o: &Oscillator,
     friction: Friction,
-    motion: &Decaying,
+    motion: &DecayMotion,
 ) -> Vec<super::sheet::Parameter> {
     let unit = &args.sample.unit;
     let mut all = Parameters::of(o, unit);
@@ -128,7 +128,7 @@ fn columns(args: &DecayArgs) -> Vec<Column> {
     vec![Column::new("time", "s", Digits::Shortest), Column::new(name, &args.sample.unit, Digits::Seven)]
 }
 
-fn fill(args: &DecayArgs, half_period_s: f64, mut motion: Decaying) -> super::sheet::Fill<'_> {
+fn fill(args: &DecayArgs, half_period_s: f64, mut motion: DecayMotion) -> super::sheet::Fill<'_> {
     let mut noise = Noise::new(args.sample.seed, args.sample.noise_rms);
     Box::new(move |i, row| {
         let time_s = i as f64 / args.sampling.rate_hz;

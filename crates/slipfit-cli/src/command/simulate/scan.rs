@@ -42,14 +42,14 @@ pub(super) fn sweep(args: &SweepArgs, to: &write::Destinations) -> Result<(), Fa
         (None, Some(s)) => all.number("wait_s", s, ""),
         (None, None) => all.text("settled", "every point is the steady motion"),
     }
-    let about = About {
+    let description = ReadingsDescription {
         command: "sweep",
         title: "amplitude and phase of the fundamental over the frequency of the drive",
         parameters: all,
         column: Column::new("frequency", "Hz", Digits::Shortest),
         place: |r| r.frequency_hz,
     };
-    record(about, &readings, &args.sample, to)
+    record(description, &readings, &args.sample, to)
 }
 
 pub(super) fn levels(args: &LevelsArgs, to: &write::Destinations) -> Result<(), Failure> {
@@ -78,14 +78,14 @@ pub(super) fn levels(args: &LevelsArgs, to: &write::Destinations) -> Result<(), 
     if let Some(wait) = args.wait {
         all.number("wait_s", wait, "");
     }
-    let about = About {
+    let description = ReadingsDescription {
         command: "levels",
         title: "amplitude and phase of the fundamental over the amplitude of the drive",
         parameters: all,
         column: Column::new("drive amplitude", unit, Digits::Shortest),
         place: |r| r.drive_amplitude,
     };
-    record(about, &readings, &args.sample, to)
+    record(description, &readings, &args.sample, to)
 }
 
 /// `points` values from one end to the other, both reached exactly.
@@ -102,7 +102,7 @@ fn spaced(from: f64, to: f64, points: u32, log: bool) -> impl Iterator<Item = f6
 }
 
 /// Description of the readings.
-struct About {
+struct ReadingsDescription {
     command: &'static str,
     title: &'static str,
     parameters: Parameters,
@@ -113,13 +113,13 @@ struct About {
 
 /// Writes the readings with the noise and resolution of the sensor.
 fn record(
-    about: About,
+    description: ReadingsDescription,
     readings: &[Reading],
     sample: &SampleArgs,
     to: &write::Destinations,
 ) -> Result<(), Failure> {
     let largest = readings.iter().map(Reading::amplitude).fold(0.0, f64::max);
-    let About { command, title, mut parameters, column, place } = about;
+    let ReadingsDescription { command, title, mut parameters, column, place } = description;
     parameters.sensor(sample, largest);
     let mut noise = Noise::new(sample.seed, sample.noise_rms);
     let sheet = Sheet {

@@ -39,7 +39,7 @@ impl Destinations {
 pub(super) fn write(sheet: Sheet<'_>, to: &Destinations) -> Result<(), Failure> {
     // A spinner would disturb rows that are printed on a terminal.
     let screen = to.table.iter().chain(&to.json).any(Target::is_stdout);
-    progress::watched("simulating", screen, || write_all(sheet, to))
+    progress::with_spinner("simulating", screen, || write_all(sheet, to))
 }
 
 fn write_all(mut sheet: Sheet<'_>, to: &Destinations) -> Result<(), Failure> {

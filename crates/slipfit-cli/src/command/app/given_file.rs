@@ -8,16 +8,16 @@ use std::path::{Path, PathBuf};
 
 /// A file that the page opens at start.
 #[derive(Debug)]
-pub(super) struct Handed {
+pub(super) struct GivenFile {
     path: PathBuf,
 }
 
-impl Handed {
+impl GivenFile {
     /// A file that exists and can be read.
     pub(super) fn new(path: &Path) -> Result<Self, Failure> {
-        let handed = Self { path: path.to_owned() };
-        match handed.open() {
-            Ok(_) => Ok(handed),
+        let file = Self { path: path.to_owned() };
+        match file.open() {
+            Ok(_) => Ok(file),
             Err(e) => Err(Failure::new(format!("{}: cannot be read: {e}", path.display()))),
         }
     }
@@ -35,6 +35,6 @@ impl Handed {
 }
 
 /// The names of the files in the order of their numbers, as on the command line.
-pub(super) fn list(files: &[Handed]) -> Value {
-    files.iter().map(|handed| json!({ "name": handed.path.to_string_lossy() })).collect()
+pub(super) fn list(files: &[GivenFile]) -> Value {
+    files.iter().map(|file| json!({ "name": file.path.to_string_lossy() })).collect()
 }
