@@ -4,7 +4,7 @@ use crate::answer::RingdownChoices;
 use crate::capsule::{export_schema, export_stream, import};
 use crate::column;
 use crate::failure::{Failure, keyword, option_error};
-use crate::interrupt::{bug_report, caught, interruptible_until, quick};
+use crate::interrupt::{bug_report, caught, interruptible_until, uninterrupted};
 use arrow_array::{ArrayRef, RecordBatch, RecordBatchReader};
 use arrow_ipc::reader::StreamReader;
 use arrow_ipc::writer::StreamWriter;
@@ -103,7 +103,10 @@ impl ArrowTable {
             self.batches.iter().try_for_each(|batch| writer.write(batch))?;
             writer.into_inner()
         };
-        Ok(PyBytes::new(py, &quick(py, write)?.map_err(|error: ArrowError| batch_error(py, error.into()))?))
+        Ok(PyBytes::new(
+            py,
+            &uninterrupted(py, write)?.map_err(|error: ArrowError| batch_error(py, error.into()))?,
+        ))
     }
 
     /// The table stored in these bytes.
@@ -398,7 +401,7 @@ fn answers(py: Python<'_>, source: &Source, choices: BatchChoices) -> PyResult<A
     let options = choices.options(py)?;
     // A batch without rows: errors of the table as a whole are reported before any row is read.
     let empty = RecordBatch::new_empty(Arc::clone(&source.schema));
-    let answer = quick(py, || slipfit_batch::fit_batch(&empty, &options))?;
+    let answer = uninterrupted(py, || slipfit_batch::fit_batch(&empty, &options))?;
     let schema = answer.map_err(|error| batch_error(py, error))?.schema();
     let source = source
         .batches

@@ -111,13 +111,13 @@ pub(crate) fn same_rows(one: &[RecordBatch], other: &[RecordBatch]) -> bool {
     for batch in one {
         let mut first = 0;
         while first < batch.num_rows() {
-            let Some(beside) = left.take().or_else(|| others.next()) else { return false };
-            let length = beside.num_rows().min(batch.num_rows() - first);
-            if batch.slice(first, length).columns() != beside.slice(0, length).columns() {
+            let Some(other_batch) = left.take().or_else(|| others.next()) else { return false };
+            let length = other_batch.num_rows().min(batch.num_rows() - first);
+            if batch.slice(first, length).columns() != other_batch.slice(0, length).columns() {
                 return false;
             }
-            let rest = beside.num_rows() - length;
-            left = (rest > 0).then(|| beside.slice(length, rest));
+            let rest = other_batch.num_rows() - length;
+            left = (rest > 0).then(|| other_batch.slice(length, rest));
             first += length;
         }
     }

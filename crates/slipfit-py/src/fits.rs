@@ -2,7 +2,7 @@
 
 use crate::arrays::Vector;
 use crate::failure::core_error;
-use crate::interrupt::{interruptible, quick};
+use crate::interrupt::{interruptible, uninterrupted};
 use crate::reading::Curve;
 use pyo3::prelude::*;
 use slipfit::answer::hint::Analysis;
@@ -11,7 +11,7 @@ use slipfit::ringdown::{Decay, DecayFit, EnvelopeFit, EnvelopeStart, fit_envelop
 use std::sync::Arc;
 
 /// Number of samples up to which a fit ends before a signal could be noticed.
-const QUICK: usize = 1 << 16;
+const MOST_UNINTERRUPTED_SAMPLES: usize = 1 << 16;
 
 /// Runs a fit of `samples` samples.
 fn fitted<T: Send + 'static>(
@@ -19,7 +19,11 @@ fn fitted<T: Send + 'static>(
     samples: usize,
     work: impl FnOnce() -> Result<T, slipfit::Error> + Send + 'static,
 ) -> PyResult<T> {
-    let found = if samples <= QUICK { quick(py, work) } else { interruptible(py, work) }?;
+    let found = if samples <= MOST_UNINTERRUPTED_SAMPLES {
+        uninterrupted(py, work)
+    } else {
+        interruptible(py, work)
+    }?;
     found.map_err(|error| core_error(py, Analysis::Ringdown, &error))
 }
 
@@ -87,7 +91,11 @@ pub(crate) fn curve(
     let reading = Arc::clone(&curve.reading);
     let samples = reading.curve.len();
     let work = move || resonance::fit(&reading.curve, drive_amplitude);
-    let found = if samples <= QUICK { quick(py, work) } else { interruptible(py, work) }?;
+    let found = if samples <= MOST_UNINTERRUPTED_SAMPLES {
+        uninterrupted(py, work)
+    } else {
+        interruptible(py, work)
+    }?;
     let fit: CurveFit = found.map_err(|error| core_error(py, Analysis::Resonance, &error))?;
     let list = vec![
         fit.natural_frequency_hz,

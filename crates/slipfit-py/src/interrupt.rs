@@ -12,7 +12,7 @@ use std::thread;
 use std::time::Duration;
 
 /// Interval at which the interpreter is asked whether a signal has arrived.
-const LOOK: Duration = Duration::from_millis(50);
+const SIGNAL_CHECK_INTERVAL: Duration = Duration::from_millis(50);
 
 /// Runs `work` on a separate thread while this one waits for it or for a signal.
 ///
@@ -32,15 +32,15 @@ pub(crate) fn interruptible_until<T: Send + 'static>(
 ) -> PyResult<T> {
     let cancelled = Arc::new(AtomicBool::new(false));
     let (sender, mut receiver) = mpsc::channel();
-    let told = Arc::clone(&cancelled);
+    let stop_flag = Arc::clone(&cancelled);
     let worker = move || {
         // After a signal, nobody receives the result.
-        let _ = sender.send(caught(move || work(&told)));
+        let _ = sender.send(caught(move || work(&stop_flag)));
     };
     thread::Builder::new().name("slipfit".to_owned()).spawn(worker)?;
     loop {
         let (back, found) = py.detach(move || {
-            let found = receiver.recv_timeout(LOOK);
+            let found = receiver.recv_timeout(SIGNAL_CHECK_INTERVAL);
             (receiver, found)
         });
         receiver = back;
@@ -56,7 +56,7 @@ pub(crate) fn interruptible_until<T: Send + 'static>(
 }
 
 /// Runs something short without the interpreter lock.
-pub(crate) fn quick<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
+pub(crate) fn uninterrupted<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
     py.detach(|| caught(work)).map_err(|panic| bug(py, &*panic))
 }
 

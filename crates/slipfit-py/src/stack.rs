@@ -11,7 +11,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// An array of three axes in a file, of which parts are read.
 #[pyclass(frozen, module = "slipfit._core")]
 pub(crate) struct Stack {
-    held: Arc<Mutex<slipfit_io::Stack>>,
+    stack: Arc<Mutex<slipfit_io::Stack>>,
     #[pyo3(get)]
     shape: (usize, usize, usize),
     #[pyo3(get)]
@@ -23,9 +23,9 @@ impl Stack {
     /// Opens the file; `data` names one of several arrays in it.
     #[new]
     fn new(py: Python<'_>, path: PathBuf, data: Option<&str>) -> PyResult<Self> {
-        let held = slipfit_io::Stack::open(path, data).map_err(|error| read_error(py, error))?;
-        let (shape, unit) = (held.shape().into(), held.unit().to_owned());
-        Ok(Self { held: Arc::new(Mutex::new(held)), shape, unit })
+        let stack = slipfit_io::Stack::open(path, data).map_err(|error| read_error(py, error))?;
+        let (shape, unit) = (stack.shape().into(), stack.unit().to_owned());
+        Ok(Self { stack: Arc::new(Mutex::new(stack)), shape, unit })
     }
 
     /// The numbers from one index to another along an axis, complete along the others.
@@ -36,8 +36,8 @@ impl Stack {
         first: usize,
         end: usize,
     ) -> PyResult<Bound<'py, PyArray3<f64>>> {
-        let held = Arc::clone(&self.held);
-        let read = move || held.lock().unwrap_or_else(PoisonError::into_inner).part(axis, first..end);
+        let stack = Arc::clone(&self.stack);
+        let read = move || stack.lock().unwrap_or_else(PoisonError::into_inner).part(axis, first..end);
         let values = interruptible(py, read)?.map_err(|error| read_error(py, error))?;
         let mut shape = <[usize; 3]>::from(self.shape);
         shape[axis] = end - first;

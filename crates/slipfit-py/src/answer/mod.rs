@@ -9,7 +9,7 @@ pub(crate) use choices::RingdownChoices;
 pub(crate) use series::series_answer;
 
 use crate::failure::{HintParts, hint_parts, spell};
-use crate::interrupt::quick;
+use crate::interrupt::uninterrupted;
 use anstyle::Style;
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
@@ -151,7 +151,7 @@ impl Answer {
         py: Python<'_>,
         write: impl FnOnce(&dyn Report, &mut Vec<u8>) -> std::io::Result<()> + Send,
     ) -> PyResult<String> {
-        let text = quick(py, || {
+        let text = uninterrupted(py, || {
             let mut text = Vec::new();
             self.0.report(|report| write(report, &mut text)).map(|()| text)
         })??;
@@ -182,17 +182,17 @@ impl Answer {
             let text = terminal::screen(&document, &[]) + &warnings;
             anstream::adapter::strip_str(&text).to_string()
         };
-        quick(py, || self.0.report(print))
+        uninterrupted(py, || self.0.report(print))
     }
 
     /// The answer, its parameters and tables as one element of HTML.
     fn html(&self, py: Python<'_>) -> PyResult<String> {
-        quick(py, || self.0.report(|report| page::fragment(&report.document(&spell))))
+        uninterrupted(py, || self.0.report(|report| page::fragment(&report.document(&spell))))
     }
 
     /// The figure as SVG.
     fn svg(&self, py: Python<'_>) -> PyResult<String> {
-        let picture = quick(py, || self.0.report(|report| report.figure().render(Format::Svg)))?;
+        let picture = uninterrupted(py, || self.0.report(|report| report.figure().render(Format::Svg)))?;
         Ok(String::from_utf8(picture.unwrap_or_default())?)
     }
 
@@ -216,7 +216,7 @@ impl Answer {
     /// The measured data and the fitted model, as named arrays.
     fn fit<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let columns = PyDict::new(py);
-        for (name, values) in quick(py, || self.0.fit())? {
+        for (name, values) in uninterrupted(py, || self.0.fit())? {
             columns.set_item(name, values.into_pyarray(py))?;
         }
         Ok(columns)
