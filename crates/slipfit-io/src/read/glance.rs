@@ -25,9 +25,9 @@ const HEAD: u64 = 64 << 10;
 /// Maximum number of cells read per sheet: cells of a workbook take a hundred times longer than numbers.
 const MOST_CELLS: usize = 1 << 13;
 /// Minimum number of crossings of an oscillation: a peak has two.
-const RINGING: usize = 3;
+const FEWEST_CROSSINGS: usize = 3;
 /// Minimum ratio of the least to the largest number of a column that is clearly not a time.
-const NARROW: f64 = 0.5;
+const LEAST_RATIO_WITHOUT_TIMES: f64 = 0.5;
 
 /// Content of a file, and how it would be read.
 #[derive(Debug)]
@@ -161,7 +161,7 @@ fn beginning(origin: Origin<'_>) -> io::Result<Vec<u8>> {
 /// Whether a file is a resonance curve and not a record: according to its names or, without names, if the data do not
 /// oscillate and are given over frequencies.
 fn is_curve(curve: &SweepReading, tables: usize, swings: Option<Swings>) -> bool {
-    let rings = swings.is_some_and(|s| s.crossings >= RINGING);
+    let rings = swings.is_some_and(|s| s.crossings >= FEWEST_CROSSINGS);
     if curve.report.named {
         // Next to a record, other tables hold spectra.
         return !(tables > 1 && rings);
@@ -178,6 +178,6 @@ fn is_over_frequencies(curve: &Curve) -> bool {
     ends.is_some_and(|(first, last)| {
         let largest = (0..hz.len()).map(|i| amplitude(&i)).fold(0.0, f64::max);
         let has_peak = largest > PEAK * amplitude(&first).max(amplitude(&last));
-        hz[first] > 0.0 && (has_peak || hz[first] > NARROW * hz[last])
+        hz[first] > 0.0 && (has_peak || hz[first] > LEAST_RATIO_WITHOUT_TIMES * hz[last])
     })
 }

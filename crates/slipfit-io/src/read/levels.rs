@@ -306,7 +306,7 @@ fn from_table(
 /// Minimum number of levels for fitting a line and a threshold.
 const FEWEST: usize = 3;
 /// Minimum number of rows per curve, on average.
-const OF_A_CURVE: usize = 3;
+const FEWEST_PER_CURVE: usize = 3;
 /// A measured level varies by less than this from row to row; distinct levels differ by more.
 const JITTER: f64 = 0.05;
 
@@ -327,7 +327,7 @@ fn groups(
         drive().fold(0.0, f64::max) <= (1.0 + 2.0 * JITTER) * drive().fold(f64::INFINITY, f64::min)
     });
     if count(&levels) >= FEWEST && tight {
-        return (points.len() >= OF_A_CURVE * count(&levels)).then_some(levels);
+        return (points.len() >= FEWEST_PER_CURVE * count(&levels)).then_some(levels);
     }
     // A drive that changes in one direction is set row by row; one that fluctuates is measured along a sweep.
     let steps = |values: &[f64]| {
@@ -338,7 +338,7 @@ fn groups(
     let drive: Vec<f64> = points.iter().map(|p| p[0]).collect();
     let set = matches!(steps(&drive), (rising, falling) if rising + 1 == points.len() || falling + 1 == points.len());
     let (rising, falling) = steps(hz);
-    let swept = rising + falling >= OF_A_CURVE;
+    let swept = rising + falling >= FEWEST_PER_CURVE;
     (swept && !set).then(|| vec![0; points.len()])
 }
 

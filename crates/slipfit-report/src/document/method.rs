@@ -119,10 +119,10 @@ const LOAD: Step = step(
      the law are included; the laws are compared by BIC.",
 );
 
-pub(super) fn of_ringdown(answer: &ringdown::Answer, bare: bool) -> Vec<Step> {
+pub(super) fn of_ringdown(answer: &ringdown::Answer, amplitudes: bool) -> Vec<Step> {
     let mut steps = vec![MOTION, HALF_CYCLE, OFFSET];
     steps.extend(laws(|term| answer.comparison.iter().any(|c| c.model.has(term))));
-    if bare {
+    if amplitudes {
         steps.push(RICE);
     }
     steps.extend([COMPARED, INTERVALS]);

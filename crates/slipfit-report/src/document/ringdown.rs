@@ -31,7 +31,7 @@ pub(super) fn document<'a>(analysed: &'a AnalysedRingdown<'a>, spell: Spelling<'
         tables: vec![models.table(&[])],
         facts: facts(analysed, spell),
         warnings: warnings(&answer.warnings, spell),
-        method: method::of_ringdown(answer, is_bare(analysed.reading.record.kind())),
+        method: method::of_ringdown(answer, holds_amplitudes(analysed.reading.record.kind())),
         inputs: vec![Input { path: file, sha256: analysed.reading.report.sha256.clone() }],
         pictures: Box::new(|| plot::ringdown_panels(analysed)),
     }
@@ -74,7 +74,7 @@ fn sensor_curve(curve: &SensorCurve, unit: &str) -> String {
 }
 
 /// Whether the record holds amplitudes instead of the motion itself.
-fn is_bare(kind: SignalKind) -> bool {
+fn holds_amplitudes(kind: SignalKind) -> bool {
     matches!(kind, SignalKind::Envelope | SignalKind::LockIn)
 }
 

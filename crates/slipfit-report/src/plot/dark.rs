@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 /// Background of a dark page, as in its style sheet.
 #[cfg(test)]
-const GROUND: Color = Color::new(0x0f, 0x13, 0x18);
+const DARK_BACKGROUND: Color = Color::new(0x0f, 0x13, 0x18);
 
 /// Colours of pictures and their replacements on dark pages; all others are used on both.
 const DARK: [(Color, Color); 13] = [
@@ -64,7 +64,7 @@ mod tests {
         (a.max(b) + 0.05) / (a.min(b) + 0.05)
     }
 
-    fn in_the_dark(color: Color) -> Color {
+    fn dark_color(color: Color) -> Color {
         DARK.iter().find(|(light, _)| light.rgb == color.rgb).map_or(color, |(_, dark)| *dark)
     }
 
@@ -84,7 +84,7 @@ mod tests {
                     };
                     seen += 1;
                     assert!(contrast(color, white) >= least, "{color:?}");
-                    assert!(contrast(in_the_dark(color), GROUND) >= least, "{color:?}");
+                    assert!(contrast(dark_color(color), DARK_BACKGROUND) >= least, "{color:?}");
                 }
                 assert!(seen > 40, "{seen}");
             },
@@ -93,6 +93,6 @@ mod tests {
 
     #[test]
     fn the_ground_is_the_style_sheets() {
-        assert!(include_str!("../page/style.css").contains(&format!("--ground: {}", hex(GROUND))));
+        assert!(include_str!("../page/style.css").contains(&format!("--ground: {}", hex(DARK_BACKGROUND))));
     }
 }

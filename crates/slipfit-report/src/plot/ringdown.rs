@@ -101,7 +101,7 @@ fn signal(figure: &mut Figure, analysed: &AnalysedRingdown<'_>, scales: &Scales)
     let record = &analysed.reading.record;
     let answer = analysed.answer;
     let (t, a) = (scales.time.factor, scales.amplitude.factor);
-    let bare = is_bare(record.kind());
+    let of_amplitudes = holds_amplitudes(record.kind());
     let value = |i: usize| match record.quadrature() {
         Some(quadrature) => record.signal()[i].hypot(quadrature[i]),
         None => record.signal()[i],
@@ -114,9 +114,9 @@ fn signal(figure: &mut Figure, analysed: &AnalysedRingdown<'_>, scales: &Scales)
     let (low, high) =
         points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(p[1]), h.max(p[1])));
     let pad = 0.05 * (high - low);
-    let name = if bare { "amplitude" } else { "signal" };
+    let name = if of_amplitudes { "amplitude" } else { "signal" };
     let y = Axis::linear(
-        if bare { low.min(0.0) } else { low - pad },
+        if of_amplitudes { low.min(0.0) } else { low - pad },
         high + pad,
         titled(name, &scales.amplitude.unit),
     );
@@ -145,7 +145,7 @@ fn signal(figure: &mut Figure, analysed: &AnalysedRingdown<'_>, scales: &Scales)
 }
 
 /// Whether the record holds amplitudes instead of the motion itself.
-fn is_bare(kind: SignalKind) -> bool {
+fn holds_amplitudes(kind: SignalKind) -> bool {
     matches!(kind, SignalKind::Envelope | SignalKind::LockIn)
 }
 
@@ -225,8 +225,8 @@ fn envelope(figure: &mut Figure, analysed: &AnalysedRingdown<'_>, scales: &Scale
         legend.push((Mark::Line(VISCOUS_LINE), "purely viscous"));
     }
     // A measured amplitude includes its noise floor, so the fit is drawn with it.
-    let bare = is_bare(analysed.reading.record.kind());
-    let fitted = |s: f64| if bare { answer.fit.signal_at(s) } else { answer.fit.amplitude_at(s) };
+    let of_amplitudes = holds_amplitudes(analysed.reading.record.kind());
+    let fitted = |s: f64| if of_amplitudes { answer.fit.signal_at(s) } else { answer.fit.amplitude_at(s) };
     panel.line(along(answer, 400).map(|s| [s * t, fitted(s) * a]), FIT_LINE);
     legend.insert(1, (Mark::Line(FIT_LINE), answer.model.name()));
     panel.legend(&legend);
