@@ -57,8 +57,8 @@ pub(crate) fn glance(
 ) -> Result<Glance, ReadError> {
     let failed = |error| ReadError::new(name, ReadProblem::Io(error));
     let source = RepeatableSource::new(origin).map_err(failed)?;
-    let from_start = || source.from_start().map_err(failed);
-    let head = beginning(from_start()?).map_err(failed)?;
+    let reopen = || source.reopen().map_err(failed);
+    let head = beginning(reopen()?).map_err(failed)?;
     let from_source = |source: &mut dyn TableSource| {
         let tables = gathered(source, most_rows)?;
         if source.dialect(0).is_some() {
@@ -82,7 +82,7 @@ pub(crate) fn glance(
         Ok((tables, Some(reading), sweep, in_part))
     };
     let ((tables, reading, sweep, in_part), fingerprint) =
-        opened_in_part(from_start()?, record.format, None, MOST_CELLS, from_source)
+        opened_in_part(reopen()?, record.format, None, MOST_CELLS, from_source)
             .map_err(|problem| ReadError::new(name, problem))?;
     let cut = tables.iter().any(|table| table.cut);
     let record = match reading {
@@ -92,7 +92,7 @@ pub(crate) fn glance(
         }
         Some(Err(problem)) => Err(ReadError::new(name, problem)),
         None => source
-            .from_start_hashed(&fingerprint)
+            .reopen_hashed(&fingerprint)
             .map_err(failed)
             .and_then(|origin| record::read(origin, name, record, None)),
     };
@@ -127,7 +127,7 @@ impl RepeatableSource {
     }
 
     /// The source from its beginning.
-    fn from_start(&self) -> io::Result<Origin<'_>> {
+    fn reopen(&self) -> io::Result<Origin<'_>> {
         match self {
             Self::File(file) => {
                 let mut file = file.try_clone()?;
@@ -139,9 +139,9 @@ impl RepeatableSource {
     }
 
     /// The source from its beginning, after its bytes have been hashed: a file may have changed since.
-    fn from_start_hashed(&self, Fingerprint { sha256, .. }: &Fingerprint) -> io::Result<Origin<'_>> {
+    fn reopen_hashed(&self, Fingerprint { sha256, .. }: &Fingerprint) -> io::Result<Origin<'_>> {
         match self {
-            Self::File(_) => self.from_start(),
+            Self::File(_) => self.reopen(),
             Self::Bytes(bytes) => Ok(Origin::Hashed(bytes, sha256.clone())),
         }
     }
