@@ -321,7 +321,7 @@ criteria! {
         /// Standard deviations about the rest position within which the mass is at rest.
         rest_deviations: f64 = 4.0, source "one sample in 1e4 by chance", moves "time of the stop";
         /// Probability that any of the samples at rest exceeds the number of standard deviations derived from it; that number
-        /// replaces [`rest_deviations`](Self::rest_deviations) where it is larger.
+        /// replaces `rest_deviations` if it is larger.
         rest_chance: f64 = 0.01, source "at 4 deviations one rest of 3000 samples in three has one beyond",
             moves "stops reported";
         /// Maximum ratio of the deviation used to that observed at rest, when the noise of the motion is
