@@ -13,7 +13,7 @@ use slipfit::answer::hint::{Spelling, spelled};
 ///     Some(value) => format!("{option}={value}"),
 ///     None => option.to_owned(),
 /// };
-/// assert!(warning_text(&modes, &python).ends_with("; band_hz=(8.052, 167.3788) isolates one"));
+/// assert!(warning_text(&modes, &python).ends_with("; band_hz=(8.052, 167.3788) isolates the first"));
 /// ```
 pub fn warning_text(warning: &Warning, spell: Spelling<'_>) -> String {
     let hints = warning.hints();

@@ -53,7 +53,7 @@ pub(crate) fn run(args: &AtlasArgs, color: ColorChoice) -> Result<ExitCode, Fail
         })
         .collect();
     let caption = format!(
-        "Exact steady motion and exact ring-down, static friction equal to kinetic. Amplitudes at the turning \
+        "Exact steady motion and exact ring-down, static friction equal to sliding friction. Amplitudes at the turning \
          points; flanks to {FLANK_HALF_WIDTHS} half widths of the line (ω₀/2Q_f) either side, frequencies below \
          ω₀/5 left out. Ring-down from the resonance amplitude: largest difference at the turning points over \
          the initial amplitude, the stop excepted (grey: there is no other). The scale ends at 10⁻⁵ and 1; what lies beyond has the colour of the end."

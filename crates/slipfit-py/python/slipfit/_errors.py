@@ -21,7 +21,7 @@ class Hint:
     advice : str
         What it does.
     text : str
-        All of it in words, ``band_hz=(79, 82) isolates one mode``.
+        All of it in words, ``band_hz=(79, 82) isolates the first``.
     """
 
     option: str | None

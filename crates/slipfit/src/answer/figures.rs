@@ -25,12 +25,6 @@ pub(crate) fn counted(count: usize, thing: &str) -> String {
     format!("{count} {thing}{}", if count == 1 { "" } else { "s" })
 }
 
-/// Length of a record in decay times.
-pub(crate) fn decay_times(count: f64) -> String {
-    let text = figures(count, if count < 1.0 { 2 } else { 3 });
-    if count < 1.0 && text != "1" { format!("{text} of a decay time") } else { format!("{text} decay times") }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -65,7 +59,5 @@ mod tests {
     fn one_thing_is_singular() {
         assert_eq!(counted(1, "point"), "1 point");
         assert_eq!(counted(0, "point"), "0 points");
-        assert_eq!(decay_times(0.543), "0.54 of a decay time");
-        assert_eq!(decay_times(1.034), "1.03 decay times");
     }
 }

@@ -48,14 +48,18 @@ pub enum MisfitShape {
 impl fmt::Display for MisfitShape {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Bow => f.write_str("the residuals curve along the decay: a loss term is missing"),
+            Self::Bow => f.write_str("the residuals curve along the decay, as if a loss term were missing"),
             Self::Kink { time_s } => {
-                write!(f, "the residuals have a kink at {} s: the loss changes there", figures(*time_s, 4))
+                write!(
+                    f,
+                    "the residuals have a kink at {} s, as if the loss changed there",
+                    figures(*time_s, 4)
+                )
             }
             Self::Wobble { frequency_hz } => {
                 write!(
                     f,
-                    "the residuals oscillate at {} Hz: there may be a second mode that far from the first",
+                    "the residuals oscillate at {} Hz, as if there were a second mode at that distance in frequency",
                     figures(*frequency_hz, 3)
                 )
             }
@@ -66,7 +70,9 @@ impl fmt::Display for MisfitShape {
                     figures(*from_s, 4)
                 )
             }
-            Self::Scatter => f.write_str("the residuals scatter without a pattern: the motion is disturbed"),
+            Self::Scatter => {
+                f.write_str("the residuals scatter without a pattern, as those of a disturbed motion do")
+            }
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Numbers for display: rounded to their uncertainty, in a suitable unit.
 
+use super::figures::figures;
 use std::fmt;
 
 /// Base units that take SI prefixes, and whether prefixes above one are in use.
@@ -219,6 +220,30 @@ impl fmt::Display for Rounded {
 pub fn signed_percent(relative: f64) -> String {
     let per_cent = (100.0 * relative).round();
     if per_cent == 0.0 { "0 %".to_owned() } else { format!("{per_cent:+.0} %") }
+}
+
+/// A fraction as a percentage with two digits.
+///
+/// ```
+/// use slipfit::answer::rounded::exact_percent;
+/// assert_eq!(exact_percent(0.025), "2.5 %");
+/// assert_eq!(exact_percent(0.4), "40 %");
+/// ```
+pub fn exact_percent(part: f64) -> String {
+    let digits = (1.0 - (100.0 * part.abs().max(1e-9)).log10().floor()).clamp(0.0, 6.0);
+    format!("{:.*} %", digits as usize, 100.0 * part)
+}
+
+/// Length of a record in decay times.
+///
+/// ```
+/// use slipfit::answer::rounded::decay_times;
+/// assert_eq!(decay_times(0.543), "0.54 of a decay time");
+/// assert_eq!(decay_times(1.034), "1.03 decay times");
+/// ```
+pub fn decay_times(count: f64) -> String {
+    let text = figures(count, if count < 1.0 { 2 } else { 3 });
+    if count < 1.0 && text != "1" { format!("{text} of a decay time") } else { format!("{text} decay times") }
 }
 
 /// A number with the given count of significant digits, in a suitable unit.

@@ -33,10 +33,10 @@ impl Warning {
             }
             Warning::SeveralModes { main_hz, other_hz, .. }
             | Warning::SecondMode { main_hz, other_hz, .. } => {
-                vec![Hint::new("band_hz", "isolates one").with(band_about(*main_hz, *other_hz, 4))]
+                vec![Hint::new("band_hz", "isolates the first").with(band_about(*main_hz, *other_hz, 4))]
             }
             Warning::SecondPeak { main_hz, other_hz, .. } => {
-                vec![Hint::new("band_hz", "isolates one").with(band_about(*main_hz, *other_hz, 6))]
+                vec![Hint::new("band_hz", "isolates the first").with(band_about(*main_hz, *other_hz, 6))]
             }
             Warning::ModelMisfit { misfit: Some(_), .. } => {
                 vec![Hint::new("law", "shows the loss without a model").with("free")]
@@ -46,7 +46,7 @@ impl Warning {
             }
             Warning::LawChanges { time_s } | Warning::PhaseStep { time_s, .. } => vec![
                 Hint::new("end_s", "analyses the part before").with(instant(*time_s)),
-                Hint::new("start_s", "the part after").with(instant(*time_s)),
+                Hint::new("start_s", "analyses the part after").with(instant(*time_s)),
             ],
             Warning::SquaredReading { along_pendulum: true } => {
                 vec![Hint::new(
@@ -63,9 +63,9 @@ impl Warning {
             Warning::Clipped { inside: true, .. } => vec![Hint::new("start_s", "skips them")],
             Warning::ClockRebuilt { .. } => vec![Hint::new("rate_hz", "gives the samples per second")],
             Warning::LossyCompression { .. } => vec![Hint::advice("record as WAV or FLAC")],
-            Warning::AmbiguousModel { .. } => vec![Hint::new("model", "names the one to report")],
+            Warning::AmbiguousModel { .. } => vec![Hint::new("model", "chooses the one to report")],
             Warning::LowQDerivative { .. } => either("start_s", "end_s", "limits it to the free decay"),
-            Warning::Disturbance { .. } => either("start_s", "end_s", "sets the part by hand"),
+            Warning::Disturbance { .. } => either("start_s", "end_s", "chooses the part by hand"),
             Warning::FrequencyUnknown => {
                 vec![Hint::new("frequency_hz", "turns it into a friction displacement")]
             }
@@ -78,23 +78,24 @@ impl Warning {
                 vec![Hint::new("delay", "leaves it out").with("off")]
             }
             Warning::RivalInstrument { offset: Some(true), .. } => {
-                vec![Hint::new("amplitude_offset", "fits it").with("on")]
+                vec![Hint::new("amplitude_offset", "fits that model").with("on")]
             }
             Warning::RivalInstrument { offset: Some(false), background: false, .. } => {
                 vec![Hint::new("amplitude_offset", "leaves it out").with("off")]
             }
             Warning::RivalInstrument { floor: Some(true), .. } => {
-                vec![Hint::new("noise_floor", "fits it").with("on")]
+                vec![Hint::new("noise_floor", "fits that model").with("on")]
             }
             Warning::RivalInstrument { floor: Some(false), background: false, .. } => {
                 vec![Hint::new("noise_floor", "leaves it out").with("off")]
             }
-            Warning::RivalInstrument { background, duffing, .. } => {
+            Warning::RivalInstrument { background, delay, duffing, .. } => {
                 let (option, on) = duffing.map_or(("background", *background), |on| ("duffing", on));
-                let (word, effect) = if on { ("on", "fits it") } else { ("off", "leaves it out") };
+                let fits = if *delay && duffing.is_none() { "fits them" } else { "fits that model" };
+                let (word, effect) = if on { ("on", fits) } else { ("off", "leaves it out") };
                 vec![Hint::new(option, effect).with(word)]
             }
-            Warning::Jump { .. } => vec![Hint::new("band_hz", "keeps to one branch")],
+            Warning::Jump { .. } => vec![Hint::new("band_hz", "selects one branch")],
             Warning::OneFlank { .. } => vec![Hint::advice("measure across the peak")],
             Warning::NegativeDelay { .. } => vec![
                 Hint::new("kind", "says what was measured"),

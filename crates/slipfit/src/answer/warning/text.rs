@@ -3,17 +3,11 @@
 use super::Warning;
 use crate::answer::figures::{self, counted, figures};
 use crate::answer::p_value;
-use crate::answer::rounded::{Rounded, plain, signed_percent};
+use crate::answer::rounded::{Rounded, decay_times, exact_percent, plain, signed_percent};
 use std::fmt;
 
 /// Number of standard errors above which the exact number is not stated.
 const MOST_ERRORS_TOLD: f64 = 1000.0;
-
-/// A fraction as a percentage with two digits.
-fn percent(part: f64) -> String {
-    let digits = (1.0 - (100.0 * part.abs().max(1e-9)).log10().floor()).clamp(0.0, 6.0);
-    format!("{:.*} %", digits as usize, 100.0 * part)
-}
 
 /// A ratio; as a power of ten above a million.
 fn multiple(ratio: f64) -> String {
@@ -47,10 +41,10 @@ fn superscript(number: i32) -> String {
 impl fmt::Display for Warning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Warning::NotSeparable { correlation, decay_times: Some(decay_times) } => write!(
+            Warning::NotSeparable { correlation, decay_times: Some(recorded) } => write!(
                 f,
                 "{} recorded: delta and x_F cannot be separated (correlation {correlation:.3})",
-                figures::decay_times(*decay_times)
+                decay_times(*recorded)
             ),
             Warning::NotSeparable { correlation, decay_times: None } => {
                 write!(f, "delta and x_F cannot be separated by this curve (correlation {correlation:.3})")
@@ -63,7 +57,7 @@ impl fmt::Display for Warning {
                 "more than one mode: {} Hz and {} Hz (relative amplitude {})",
                 figures(*main_hz, 5),
                 figures(*other_hz, 5),
-                percent(*relative_amplitude)
+                exact_percent(*relative_amplitude)
             ),
             Warning::SecondMode { main_hz, other_hz, relative_amplitude } => write!(
                 f,
@@ -71,7 +65,7 @@ impl fmt::Display for Warning {
                  the second was fitted and subtracted",
                 figures(*main_hz, 5),
                 figures(*other_hz, 5),
-                percent(*relative_amplitude)
+                exact_percent(*relative_amplitude)
             ),
             Warning::ModelMisfit { ratio, misfit: None } => write!(
                 f,
@@ -82,9 +76,9 @@ impl fmt::Display for Warning {
             Warning::ModelMisfit { ratio, misfit: Some(found) } => write!(
                 f,
                 "the amplitude deviates from the loss law by {} rms ({} at most, at {} s), {} times the \
-                 noise: {}; intervals are widened",
-                percent(found.relative_rms),
-                percent(found.largest),
+                 noise; {}; intervals are widened",
+                exact_percent(found.relative_rms),
+                exact_percent(found.largest),
                 figures(found.largest_at_s, 4),
                 multiple(*ratio),
                 found.shape
@@ -213,15 +207,15 @@ impl fmt::Display for Warning {
             ),
             Warning::Harmonics { order, relative_amplitude } => write!(
                 f,
-                "the waveform is not sinusoidal: harmonic {order} is {:.0} % of the motion; only the \
-                 fundamental was fitted (possible causes: nonlinear sensor, end stop, hardening spring)",
+                "the waveform is not sinusoidal: harmonic {order} has a relative amplitude of {:.0} %; \
+                 only the fundamental was fitted (possible causes: nonlinear sensor, end stop, hardening spring)",
                 relative_amplitude * 100.0
             ),
             Warning::FrequencyDrift { relative } => write!(
                 f,
                 "the frequency drifts by {} % along the decay, more than its dependence on the amplitude \
-                 explains: a second mode nearby, a plane of swing that turns, play in the sensor or a \
-                 disturbance may be the cause, and losses may be off as well",
+                 explains: a second mode nearby, a turning plane of swing, play in the sensor or a \
+                 disturbance may be the cause; the losses may be wrong as well",
                 figures(100.0 * relative, 2)
             ),
             Warning::Play { relative_amplitude } => write!(
@@ -238,7 +232,7 @@ impl fmt::Display for Warning {
             Warning::Undetermined { parameter } => write!(f, "the data do not determine {parameter}"),
             Warning::ShapeAlone { friction_ratio: [low, high] } => write!(
                 f,
-                "the drive amplitude was inferred from the shape of the curve alone: the friction ratio \
+                "the drive amplitude was estimated from the shape of the curve alone: the friction ratio \
                  lies between {low:.2} and {high:.2} (95 %)"
             ),
             Warning::PhaseSign => f.write_str(
@@ -250,17 +244,20 @@ impl fmt::Display for Warning {
             ),
             Warning::Jump { frequency_hz, hysteresis } => write!(
                 f,
-                "the amplitude jumps at {frequency_hz:.6} Hz{}: the curve is not single-valued",
+                "the amplitude jumps at {} Hz{}: the curve is not single-valued",
+                figures(*frequency_hz, 6),
                 if *hysteresis { ", at different frequencies in upward and downward sweeps" } else { "" }
             ),
             Warning::SecondPeak { main_hz, other_hz, relative_height } => write!(
                 f,
-                "a second peak at {other_hz:.6} Hz ({:.0} % of the one at {main_hz:.6} Hz)",
-                100.0 * relative_height
+                "a second peak at {} Hz ({:.0} % of the one at {} Hz)",
+                figures(*other_hz, 6),
+                100.0 * relative_height,
+                figures(*main_hz, 6)
             ),
             Warning::OneFlank { below } => write!(
                 f,
-                "every point lies {} the resonance: frequency, loss and drive trade off against each other",
+                "every point lies {} the resonance: frequency, loss and drive are strongly correlated",
                 if *below { "below" } else { "above" }
             ),
             Warning::FewPointsInLine { points } => {
@@ -285,14 +282,14 @@ impl fmt::Display for Warning {
             ),
             Warning::AmplitudeOffset { relative } => write!(
                 f,
-                "a constant offset of {:.2} % of the highest amplitude was fitted to every amplitude (zero \
+                "a constant offset of {:.2} % of the highest amplitude in every amplitude was fitted (zero \
                  offset of the detector); phases would separate it from friction",
                 100.0 * relative
             ),
             Warning::NoiseFloor { relative } => write!(
                 f,
-                "a noise floor of {:.2} % of the highest amplitude was fitted to every amplitude, added in \
-                 quadrature; phases would separate it from friction",
+                "a noise floor of {:.2} % of the highest amplitude in every amplitude, added in quadrature, \
+                 was fitted; phases would separate it from friction",
                 100.0 * relative
             ),
             Warning::RivalInstrument {
@@ -323,8 +320,8 @@ impl fmt::Display for Warning {
                 };
                 write!(
                     f,
-                    "{terms} the curve as well (BIC differs by {:.1}), with x_F = {}; the intervals allow \
-                     for it",
+                    "{terms} the curve as well (BIC differs by {:.1}), with x_F = {}; the intervals \
+                     include it",
                     delta_bic.abs(),
                     with_error(*friction_displacement, unit)
                 )
@@ -365,7 +362,7 @@ impl fmt::Display for Warning {
                 write!(
                     f,
                     "the response lags behind the frequency, as in a sweep that is too fast for the \
-                     resonator or a low-pass filter: f₀ is off by about {} Hz; wait longer at each point, \
+                     resonator or a low-pass filter: f_0 is off by about {} Hz; wait longer at each point, \
                      or sweep up and down",
                     figures(*shift_hz, 2)
                 )
@@ -373,8 +370,8 @@ impl fmt::Display for Warning {
             Warning::ReferenceDiffers { relative_frequency, decay_rate_ratio } => {
                 write!(
                     f,
-                    "the reference curve belongs to another resonator or setting: its frequency differs by \
-                     {:.3} %, ",
+                    "the reference curve may belong to another resonator or setting: its frequency differs \
+                     by {:.3} %, ",
                     100.0 * relative_frequency
                 )?;
                 if decay_rate_ratio.is_finite() {
@@ -409,8 +406,8 @@ impl fmt::Display for Warning {
                 p_value(*p)
             ),
             Warning::Stuck { points } => {
-                let verb = if *points == 1 { "lies" } else { "lie" };
-                write!(f, "{} {verb} where friction holds the mass for all or part of the cycle", counted(*points, "point"))
+                let points = counted(*points, "point");
+                write!(f, "at {points} friction stops the mass for part or all of the cycle")
             }
             Warning::PaperBias { friction, q_factor } => write!(
                 f,
@@ -420,14 +417,17 @@ impl fmt::Display for Warning {
                 bias(*q_factor)
             ),
             Warning::Dropped { not_finite, zero_frequency: 0 } => {
-                write!(f, "left out: {}", counted(*not_finite, "non-finite point"))
+                let verb = if *not_finite == 1 { "was" } else { "were" };
+                write!(f, "{} {verb} left out", counted(*not_finite, "non-finite point"))
             }
             Warning::Dropped { not_finite: 0, zero_frequency } => {
-                write!(f, "left out: {} at frequency zero", counted(*zero_frequency, "point"))
+                let verb = if *zero_frequency == 1 { "was" } else { "were" };
+                write!(f, "{} at frequency zero {verb} left out", counted(*zero_frequency, "point"))
             }
             Warning::Dropped { not_finite, zero_frequency } => {
                 let not_finite = counted(*not_finite, "non-finite point");
-                write!(f, "left out: {not_finite}, {zero_frequency} at frequency zero")
+                let zero = counted(*zero_frequency, "point");
+                write!(f, "{not_finite} and {zero} at frequency zero were left out")
             }
             Warning::SearchCut => f.write_str(
                 "the search was stopped at its limit of work: there may be a better fit, or a wider interval",
@@ -476,7 +476,7 @@ impl fmt::Display for Warning {
             Warning::LevelPlateau { reading, levels, in_squares, unit } => write!(
                 f,
                 "{} below the threshold {} {} instead of zero (zero offset or noise of the detector): this \
-                 was subtracted from every level, {}; the errors allow for both ways",
+                 was subtracted from every level, {}; the errors include both possibilities",
                 counted(*levels, "level"),
                 if *levels == 1 { "reads" } else { "read" },
                 plain(*reading, 3, unit),
@@ -497,7 +497,7 @@ impl fmt::Display for Warning {
             Warning::Hysteresis { stuck_at, moving_at } => write!(
                 f,
                 "the mass sticks at {stuck_at:.4e} but moves at {moving_at:.4e}: static friction exceeds \
-                 kinetic friction, or a level had not settled"
+                 sliding friction, or a level had not settled"
             ),
             Warning::Disagree { condition, p_value: p } => {
                 write!(f, "{condition}: ring-down and resonance disagree ({})", p_value(*p))
