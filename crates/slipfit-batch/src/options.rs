@@ -156,7 +156,7 @@ impl Options {
             if let Some(Number::Same(value)) = number
                 && !(*value > 0.0 && value.is_finite())
             {
-                return wrong(option, format!("{value} is outside the positive numbers"));
+                return wrong(option, format!("{value} must be a positive number"));
             }
         }
         Ok(())

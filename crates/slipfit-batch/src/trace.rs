@@ -96,7 +96,7 @@ impl<'a> Input<'a> {
             None => Ok(None),
             Some(numbers) => match numbers.get(row) {
                 Some(value) if value > 0.0 && value.is_finite() => Ok(Some(value)),
-                Some(value) => Err(format!("{name} = {value} is outside the positive numbers")),
+                Some(value) => Err(format!("{name} = {value} must be a positive number")),
                 None => Err(format!("{name} is null")),
             },
         };

@@ -224,7 +224,7 @@ fn numbers_of_a_row_stand_in_columns() {
     let x_f = number(&answer, "friction_displacement", 0).unwrap();
     assert!((x_f - 0.2 / (4.0 * 10.0)).abs() < 1e-6, "{x_f}");
     assert_eq!(text(&answer, "reason", 2), "dt is null");
-    assert_eq!(text(&answer, "reason", 3), "dt = -1 is outside the positive numbers");
+    assert_eq!(text(&answer, "reason", 3), "dt = -1 must be a positive number");
 }
 
 #[test]
@@ -351,9 +351,9 @@ fn a_table_that_cannot_be_meant_is_refused() {
     let said = refused(|o| o.clock = Clock::Interval(Number::Column("amplitude".into())));
     assert!(said.contains("must be a column of numbers"), "{said}");
     let said = refused(|o| o.clock = Clock::Interval(Number::Same(0.0)));
-    assert_eq!(said, "dt: 0 is outside the positive numbers");
+    assert_eq!(said, "dt: 0 must be a positive number");
     let said = refused(|o| o.frequency_hz = Some(Number::Same(f64::NAN)));
-    assert_eq!(said, "frequency_hz: NaN is outside the positive numbers");
+    assert_eq!(said, "frequency_hz: NaN must be a positive number");
     let said = refused(|o| o.keep = vec!["b".into()]);
     assert!(said.contains("no column `b`"), "{said}");
     let said = refused(|o| o.signal = Signal::Oscillation("amplitude".into(), SignalKind::Displacement));

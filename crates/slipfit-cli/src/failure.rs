@@ -191,7 +191,7 @@ mod tests {
         let few = Error::TooFewPoints { points: 4, parameters: 6 };
         assert_eq!(
             hint(Analysis::Resonance, few),
-            "measure more points across the line; --background off or --delay off or --duffing off needs fewer"
+            "measure more points across the peak; --background off, --delay off or --duffing off needs fewer"
         );
         assert_eq!(spelled("analysis", Some(&Analysis::Levels.into())), "slipfit levels");
     }

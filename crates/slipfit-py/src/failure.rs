@@ -6,6 +6,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use slipfit::Error;
 use slipfit::answer::hint::{Analysis, Hint, HintValue, spelled};
+use slipfit::error::out_of_range;
 use slipfit_io::{ReadError, ReadProblem};
 use std::fmt::Debug;
 
@@ -138,9 +139,7 @@ pub(crate) fn core_error(py: Python<'_>, analysis: Analysis, error: &Error) -> P
         _ => "OptionError",
     };
     let message = match error {
-        Error::Parameter { name, value, range } => {
-            format!("{} = {value} is outside {range}", keyword(name))
-        }
+        Error::Parameter { name, value, range } => out_of_range(keyword(name), *value, range),
         other => other.to_string(),
     };
     let raised = Failure::new(py, class, &code(error), message).hints(error.hints(analysis));

@@ -53,7 +53,7 @@ impl OscillatorChoices {
 fn times(py: Python<'_>, duration_s: f64, rate_hz: f64) -> PyResult<Vec<f64>> {
     for (name, value) in [("duration_s", duration_s), ("rate_hz", rate_hz)] {
         if !(value > 0.0 && value.is_finite()) {
-            return Err(option_error(py, name, format!("{name} = {value} is outside the positive numbers")));
+            return Err(option_error(py, name, format!("{name} = {value} must be a positive number")));
         }
     }
     let rows = (duration_s * rate_hz).floor() + 1.0;

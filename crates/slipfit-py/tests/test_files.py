@@ -89,12 +89,12 @@ def test_arrow_reads_a_store(store, contents):
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"model": "coulomb"}, "no loss model `coulomb`"),
+        ({"model": "coulomb"}, "no loss model is called `coulomb`"),
         ({"model": 5}, "model=5: a text is needed"),
         ({"law": "any"}, "no law `any`"),
         ({"band_hz": (3, 1)}, "rising pair"),
         ({"start_s": 5, "end_s": 3}, "end_s = 3 is outside times after start_s"),
-        ({"min_amplitude": -1}, "min_amplitude = -1 is outside the positive numbers"),
+        ({"min_amplitude": -1}, "min_amplitude = -1 must be a positive number"),
         ({"lockin_order": 2}, "give both"),
         ({"kind": "smell"}, "kind='smell': one of displacement"),
         ({"rate_hz": 0}, "a positive number of samples"),

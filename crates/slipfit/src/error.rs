@@ -7,7 +7,7 @@
 #[non_exhaustive]
 pub enum Error {
     /// A parameter lies outside its physical range.
-    #[error("{name} = {value} is outside {range}")]
+    #[error("{}", out_of_range(name, *value, range))]
     Parameter {
         /// The parameter, as the caller names it.
         name: &'static str,
@@ -199,7 +199,7 @@ pub enum Error {
         value: f64,
     },
     /// A value of one point of a curve is outside its allowed range.
-    #[error("point {index}: {name} = {value} is outside {range}")]
+    #[error("point {index}: {}", out_of_range(name, *value, range))]
     PointOutOfRange {
         /// The column.
         name: &'static str,
@@ -212,7 +212,7 @@ pub enum Error {
     },
     /// The curve has fewer points than the model has parameters.
     #[error(
-        "{points} points for {parameters} free parameters: at least {} are needed, better more",
+        "{points} points for {parameters} free parameters: at least {} are needed, and more are better",
         parameters + 1
     )]
     TooFewPoints {
@@ -237,9 +237,18 @@ fn conflict(first: &str, second: &str) -> String {
     }
 }
 
-/// The part of the message about the number of cycles; empty if there are enough.
+/// Message about a value outside its range.
+pub fn out_of_range(name: &str, value: f64, range: &str) -> String {
+    if range == POSITIVE {
+        format!("{name} = {value} must be a positive number")
+    } else {
+        format!("{name} = {value} is outside {range}")
+    }
+}
+
+/// The part of the message about the number of cycles; empty if there are enough, or none.
 fn too_few(cycles: f64, needed: f64) -> String {
-    if cycles >= needed {
+    if cycles >= needed || cycles == 0.0 {
         return String::new();
     }
     format!("{cycles:.1} cycles of free decay above the noise ({needed} are needed); ")
@@ -268,6 +277,9 @@ pub fn out_of_order(backward: usize, forward: usize) -> String {
 fn in_unit(unit: &str) -> String {
     if unit.is_empty() { "has no unit".to_owned() } else { format!("is in {unit}") }
 }
+
+/// Range of a number above zero.
+pub(crate) const POSITIVE: &str = "the positive numbers";
 
 /// Reason of [`Error::NoResonance`] for points that may be a peak or a straight line.
 pub(crate) const NO_MORE_THAN_A_LINE: &str = "a straight line describes the points equally well: if there \
@@ -326,6 +338,7 @@ mod tests {
     fn enough_cycles_are_not_called_too_few() {
         let refusal = |cycles| Error::NotARingDown { cycles, needed: 2.0, reason: "it grows" }.to_string();
         assert_eq!(refusal(7.8), "not a ring-down: it grows");
+        assert_eq!(refusal(0.0), "not a ring-down: it grows");
         assert_eq!(
             refusal(1.6),
             "not a ring-down: 1.6 cycles of free decay above the noise (2 are needed); it grows"

@@ -39,9 +39,12 @@ pub(crate) struct FormatName {
 pub(crate) fn model_help(of_curves: bool) -> String {
     let compared: Vec<&str> = LossModel::compared(None).map(LossModel::name).collect();
     let mut help = format!("Report this model, whichever the data prefer: {}", compared.join(", "));
-    let named = |term: &&LossTerm| !(term.is_compared() || of_curves && term.is_shaped());
-    for term in LossTerm::ALL.iter().filter(named) {
-        help += &format!("; {} takes part where it is named, as in viscous+{}", term.words(), term.name());
+    let further = |term: &LossTerm| !(term.is_compared() || of_curves && term.is_shaped());
+    let further: Vec<LossTerm> = LossTerm::ALL.iter().copied().filter(further).collect();
+    if let Some(first) = further.first() {
+        let terms: Vec<String> = further.iter().map(|t| format!("{} ({})", t.name(), t.words())).collect();
+        let terms = terms.join(", ");
+        help += &format!("; compared only if named here: {terms}, as in viscous+{}", first.name());
     }
     help
 }
@@ -404,12 +407,12 @@ mod tests {
     #[test]
     fn an_unknown_model_names_the_terms_and_the_one_that_was_meant() {
         let refusal = |text: &str| text.parse::<Loss>().unwrap_err();
-        let terms = "terms are viscous, sliding, drag, cubic, power, stribeck, presliding, joined by + as in \
+        let terms = "its terms may be viscous, sliding, drag, cubic, power, stribeck, presliding, joined by + as in \
                      viscous+sliding";
-        assert_eq!(refusal("foo"), format!("no loss model `foo`: {terms}"));
+        assert_eq!(refusal("foo"), format!("no loss model is called `foo`; {terms}"));
         for (typed, meant) in [("slidng+viscous", "viscous+sliding"), ("viscouss", "viscous")] {
             let said = refusal(typed);
-            assert_eq!(said, format!("no loss model `{typed}`: {terms}; did you mean `{meant}`?"));
+            assert_eq!(said, format!("no loss model is called `{typed}`; {terms}; did you mean `{meant}`?"));
         }
     }
 

@@ -39,7 +39,7 @@ impl Error {
             Self::TooFewSamples { .. } | Self::TooFewPoints { .. } => match analysis {
                 Analysis::Ringdown => free_decay_by_hand(),
                 Analysis::Resonance => vec![
-                    Hint::advice("measure more points across the line"),
+                    Hint::advice("measure more points across the peak"),
                     Hint::new("background", "needs fewer").with("off"),
                     Hint::new("delay", "needs fewer").with("off"),
                     Hint::new("duffing", "needs fewer").with("off"),

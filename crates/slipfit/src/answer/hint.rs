@@ -117,8 +117,8 @@ impl Hint {
     }
 }
 
-/// Several hints as one sentence: hints with the same advice are alternatives (`a or b narrows it`), the others follow
-/// one another, separated by semicolons.
+/// Several hints as one sentence: hints with the same advice are alternatives (`a, b or c narrows it`), the others
+/// follow one another, separated by semicolons.
 ///
 /// ```
 /// use slipfit::answer::hint::{Hint, spelled};
@@ -130,8 +130,12 @@ pub fn spelled(hints: &[Hint], spell: Spelling<'_>) -> String {
     let sentence = |alternatives: &[Hint]| {
         let options: Vec<String> =
             alternatives.iter().filter_map(|h| Some(spell(h.option?, h.value.as_ref()))).collect();
-        let space = if options.is_empty() { "" } else { " " };
-        format!("{}{space}{}", options.join(" or "), alternatives[0].advice)
+        let subject = match options.split_last() {
+            None => String::new(),
+            Some((last, [])) => format!("{last} "),
+            Some((last, others)) => format!("{} or {last} ", others.join(", ")),
+        };
+        format!("{subject}{}", alternatives[0].advice)
     };
     hints.chunk_by(|a, b| a.advice == b.advice).map(sentence).collect::<Vec<_>>().join("; ")
 }

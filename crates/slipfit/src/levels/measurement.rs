@@ -2,6 +2,7 @@
 
 use crate::Error;
 use crate::answer::calibration::Calibration;
+use crate::error::POSITIVE;
 
 /// Amplitude at resonance versus drive level, points in the order of measurement.
 #[derive(Debug, Clone, PartialEq)]
@@ -137,7 +138,7 @@ impl LevelsBuilder {
                 return out("amplitude", l.amplitude[index], "the non-negative numbers");
             }
             if error_at(index) <= 0.0 {
-                return out("std_error", error_at(index), "the positive numbers");
+                return out("std_error", error_at(index), POSITIVE);
             }
         }
         if keep.len() < 3 {

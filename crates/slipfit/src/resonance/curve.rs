@@ -2,6 +2,7 @@
 
 use super::criteria::RUN_POINTS;
 use crate::Error;
+use crate::error::POSITIVE;
 use crate::motion::steady::Phasor;
 use std::f64::consts::TAU;
 
@@ -294,7 +295,7 @@ impl CurveBuilder {
                 if let Some(v) = column
                     && v[i] <= 0.0
                 {
-                    return Err(point(name, i, v[i], "the positive numbers"));
+                    return Err(point(name, i, v[i], POSITIVE));
                 }
             }
         }

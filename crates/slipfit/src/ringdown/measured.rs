@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 /// Reason for refusing amplitudes that carry no information.
 pub(crate) const BELOW_NOISE: &str =
-    "the first amplitude is less than twice its standard error: any oscillation lies below the noise";
+    "the first amplitude is less than twice its standard error, so any oscillation lies below the noise";
 
 /// Amplitudes along the record and its free decay.
 #[derive(Debug, Clone)]

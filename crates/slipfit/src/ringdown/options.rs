@@ -2,6 +2,7 @@
 
 use crate::Error;
 use crate::answer::calibration::Calibration;
+use crate::error::POSITIVE;
 use crate::model::loss::LossModel;
 
 /// Options of [`analyse`](super::analyse). By default everything is determined from the record.
@@ -113,7 +114,7 @@ impl Options {
         ];
         for (name, value) in positive {
             if let Some(value) = value.filter(|v| !(*v > 0.0 && v.is_finite())) {
-                return Err(Error::Parameter { name, value, range: "the positive numbers" });
+                return Err(Error::Parameter { name, value, range: POSITIVE });
             }
         }
         if let Some([low, high]) = self.band_hz.filter(|b| !(b[0] >= 0.0 && b[0] < b[1])) {

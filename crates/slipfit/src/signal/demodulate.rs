@@ -10,6 +10,7 @@ mod sine;
 
 pub use criteria::Criteria;
 
+use crate::error::POSITIVE;
 use crate::{Error, Quantity};
 use settle::Settled;
 use sine::{PhaseLaw, Sine, Wave};
@@ -184,7 +185,7 @@ fn check(time: &[f64], response: &[f64], drive: Option<&[f64]>, options: &Option
     }
     match options.frequency_hz {
         Some(value) if !(value > 0.0 && value.is_finite()) => {
-            Err(Error::Parameter { name: "frequency_hz", value, range: "the positive numbers" })
+            Err(Error::Parameter { name: "frequency_hz", value, range: POSITIVE })
         }
         _ => Ok(()),
     }

@@ -159,7 +159,7 @@ impl std::str::FromStr for LossModel {
                 known.map(|(synonym, term)| format!("; {synonym} is `{}` here", term.name()))
             });
             format!(
-                "no loss model `{text}`: terms are {}, joined by + as in viscous+sliding{}",
+                "no loss model is called `{text}`; its terms may be {}, joined by + as in viscous+sliding{}",
                 terms.join(", "),
                 known_as.unwrap_or_default()
             )

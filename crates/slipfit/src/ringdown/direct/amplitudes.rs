@@ -5,6 +5,7 @@ use super::lack_of_fit::{UNKNOWNS, lack_of_fit};
 use super::minimise::{Sums, minimise_to, spread};
 use super::straight::{BEND, SHARE, STRAIGHT};
 use crate::Error;
+use crate::error::POSITIVE;
 use crate::inference::evidence::f_tail;
 
 /// When the amplitudes of a trace were taken.
@@ -112,7 +113,7 @@ pub fn fit_amplitudes(sampling: Sampling<'_>, amplitude: &[f64]) -> Result<Ampli
     let data = match sampling {
         Sampling::Every(interval) => {
             if !(interval > 0.0 && interval.is_finite()) {
-                let range = "the positive numbers";
+                let range = POSITIVE;
                 return Err(Error::Parameter { name: "interval_s", value: interval, range });
             }
             super::check_lengths("amplitude", n, n, 4)?;
