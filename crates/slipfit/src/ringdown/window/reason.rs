@@ -58,7 +58,7 @@ impl StartReason {
 }
 
 impl EndReason {
-    /// The reason in words, as in reports and in the JSON answer.
+    /// The reason in words, as in the JSON answer.
     pub const fn as_str(self) -> &'static str {
         match self {
             EndReason::RecordEnd => "the record ends",
@@ -79,9 +79,15 @@ impl fmt::Display for StartReason {
     }
 }
 
+/// As in reports.
 impl fmt::Display for EndReason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(self.as_str())
+        f.pad(match self {
+            EndReason::Rest => "the motion is at rest",
+            EndReason::LawChange | EndReason::SlowTail => "the loss follows another law afterwards",
+            EndReason::LeastAmplitude => "the minimum amplitude asked for",
+            other => other.as_str(),
+        })
     }
 }
 
