@@ -1,6 +1,6 @@
 //! Drive levels in a sentence.
 
-use crate::format::{Rounded, p_value, plain};
+use crate::format::{Rounded, p_value, plain, upper_limit};
 use slipfit::Parameter;
 use slipfit::levels::Answer;
 
@@ -11,21 +11,23 @@ pub(super) fn sentence(answer: &Answer) -> String {
     };
     let shown = Rounded::new(threshold.value, threshold.std_error, &threshold.unit);
     if !answer.detected {
-        let [low, high] = threshold.interval_95.map(|end| plain(end, 2, &threshold.unit));
-        if threshold.interval_95[0] > 0.0 {
+        let [low, high] = threshold.interval_95;
+        let high = upper_limit(high, &threshold.unit);
+        if low > 0.0 {
+            let low = plain(low, 2, &threshold.unit);
             return format!(
                 "A threshold is possible but not certain ({}): sliding friction would hold the mass up to a drive \
                  between {low} and {high} (95 %).",
                 p_value(answer.p_value)
             );
         }
-        return format!(
-            "No threshold is found ({}): sliding friction holds the mass up to a drive of {high} at most.",
-            p_value(answer.p_value)
-        );
+        return format!("No threshold is found ({}): it lies below {high} (95 %).", p_value(answer.p_value));
     }
     let friction = answer.parameter(Parameter::FRICTION_DISPLACEMENT).map_or_else(String::new, |q| {
-        format!(", a friction displacement of {}", Rounded::new(q.value, q.std_error, &q.unit))
+        format!(
+            ", which corresponds to a friction displacement of {}",
+            Rounded::new(q.value, q.std_error, &q.unit)
+        )
     });
     format!(
         "Sliding friction holds the mass up to a drive of {shown}{friction}; a line through zero is excluded, {}.",

@@ -1,6 +1,6 @@
 //! A resonance curve in a sentence.
 
-use crate::format::{p_value, percent, plain};
+use crate::format::{p_value, percent, plain, upper_limit};
 use slipfit::Parameter;
 use slipfit::answer::Warning;
 use slipfit::resonance::{Answer, DriveSource, Method};
@@ -12,14 +12,14 @@ pub(super) fn sentence(a: &Answer) -> String {
         match warning {
             Warning::Jump { frequency_hz, .. } => {
                 return format!(
-                    "The curve jumps at {}: it has more than one amplitude there, and no loss can be \
-                     determined from it as it is.",
+                    "The curve jumps at {}: it has more than one amplitude there, so no loss can be \
+                     determined from the whole curve.",
                     plain(*frequency_hz, 4, "Hz")
                 );
             }
             Warning::SecondPeak { main_hz, other_hz, .. } => {
                 return format!(
-                    "The curve holds more than one peak ({} and {}); the following results hold for \
+                    "The curve contains more than one peak ({} and {}); the following results are valid for \
                      neither alone. {}",
                     plain(*main_hz, 4, "Hz"),
                     plain(*other_hz, 4, "Hz"),
@@ -46,8 +46,8 @@ fn conclusion(a: &Answer) -> String {
     let s = &a.sliding;
     let drive = match a.drive_source {
         DriveSource::Known => "with the drive amplitude given",
-        DriveSource::Reference => "with the drive amplitude of the friction-free reference",
-        _ => "by the shape of the curve alone",
+        DriveSource::Reference => "with the drive amplitude of the reference",
+        _ => "according to the shape of the curve alone",
     };
     let by = if a.method == Method::Paper { ", inverted with a = 4/3" } else { "" };
     if a.model.has_sliding() && s.detected && s.share_at_highest > 0.0 {
@@ -67,16 +67,15 @@ fn conclusion(a: &Answer) -> String {
                  and no p value is valid."
             );
         }
-        return format!("{carries}; a curve without it is excluded, {}.", p_value(s.p_value));
+        return format!("{carries}; a curve without friction is excluded, {}.", p_value(s.p_value));
     }
     let limit = |parameter| a.parameter(parameter).map(|q| (q.interval_95, q.unit.clone()));
     let ratio = limit(Parameter::FrictionRatio).map(|(i, _)| i);
     let law = if a.preferred_model.is_within(a.model) { a.preferred_model } else { a.model };
     if !a.diagnostics.law_holds {
-        return format!(
-            "Whether sliding friction takes part remains open, {drive}: the residuals of every loss law \
-             are larger than noise or friction explains."
-        );
+        return "Whether there is sliding friction remains open: with every loss law the residuals are larger than \
+                noise or friction explains."
+            .to_owned();
     }
     // A term whose interval excludes zero is possible, whichever model has the lower BIC.
     let off_zero = a.model.has_sliding()
@@ -97,14 +96,14 @@ fn conclusion(a: &Answer) -> String {
     }
     if s.detected {
         return format!(
-            "Sliding friction is present, {}, but {} does not include it.",
+            "Sliding friction is present, {}, but the model {} does not include it.",
             p_value(s.p_value),
             a.model
         );
     }
     let below = limit(Parameter::FRICTION_DISPLACEMENT)
         .filter(|(i, _)| i[1].is_finite() && i[1] > 0.0)
-        .map(|(i, unit)| format!(": x_F is below {} (95 %)", plain(i[1], 2, &unit)))
+        .map(|(i, unit)| format!(": x_F is below {} (95 %)", upper_limit(i[1], &unit)))
         .unwrap_or_default();
     let wide = match (a.drive_source, ratio) {
         (DriveSource::Shape, Some(r)) if r[1] > 0.3 => {
@@ -112,7 +111,7 @@ fn conclusion(a: &Answer) -> String {
         }
         _ => String::new(),
     };
-    format!("The curve is explained without sliding friction, {}, {drive}{wide}{below}.", p_value(s.p_value))
+    format!("The curve is explained without sliding friction ({}), {drive}{wide}{below}.", p_value(s.p_value))
 }
 
 #[cfg(test)]
@@ -149,7 +148,7 @@ mod tests {
         let said = sentence(&answer(0.4, 6.0, false));
         assert!(said.contains("if the background is as fitted") && !said.contains("p <"), "{said}");
         let said = sentence(&answer(0.4, 6.0, true));
-        assert!(said.contains("a curve without it is excluded, p <"), "{said}");
+        assert!(said.contains("a curve without friction is excluded, p <"), "{said}");
     }
 
     #[test]

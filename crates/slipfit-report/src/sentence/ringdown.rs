@@ -1,6 +1,6 @@
 //! A ring-down in a sentence.
 
-use crate::format::{p_value, percent, plain};
+use crate::format::{decay_times, exact_percent, p_value, percent, plain, upper_limit};
 use slipfit::answer::Warning;
 use slipfit::ringdown::{Answer, Mode};
 use slipfit::{LossModel, LossTerm, Parameter};
@@ -21,18 +21,18 @@ pub(super) fn sentence(a: &Answer) -> String {
     let mut text = String::new();
     if let Some([main_hz, other_hz]) = modes_hz(a) {
         text = format!(
-            "The record holds more than one mode ({} and {}); the following results hold for neither alone. ",
+            "The record contains more than one mode ({} and {}); the following results are valid for neither alone. ",
             plain(main_hz, 4, "Hz"),
             plain(other_hz, 4, "Hz")
         );
     }
     if let Some((second, main_hz, strength)) = second_mode(a) {
         text = format!(
-            "The record holds two modes, {} and {} (relative amplitude {}); the second was subtracted, and \
+            "The record contains two modes, {} and {} (relative amplitude {}); the second was subtracted, and \
              the following results are those of the first. ",
             plain(main_hz, 4, "Hz"),
             plain(second.frequency.value, 4, "Hz"),
-            percent(strength)
+            exact_percent(strength)
         );
     }
     text.push_str(&loss_sentence(a));
@@ -53,7 +53,10 @@ fn loss_sentence(a: &Answer) -> String {
         _ => None,
     });
     if let Some((asked, preferred)) = asked {
-        return format!("The data prefer {preferred} to {asked}, the model asked for. {}", conclusion(a));
+        return format!(
+            "The data prefer the model {preferred} to {asked}, which was asked for. {}",
+            conclusion(a)
+        );
     }
     conclusion(a)
 }
@@ -63,7 +66,7 @@ fn conclusion(a: &Answer) -> String {
         match warning {
             Warning::TooFewCycles { cycles } => {
                 return format!(
-                    "{}, too few to tell viscous from sliding loss{}.",
+                    "{}, too few to separate viscous from sliding loss{}.",
                     if *cycles < 1.0 {
                         "Less than one cycle".to_owned()
                     } else {
@@ -72,20 +75,16 @@ fn conclusion(a: &Answer) -> String {
                     total_loss(a)
                 );
             }
-            Warning::NotSeparable { decay_times: Some(decay_times), .. } if !a.diagnostics.falls => {
+            Warning::NotSeparable { decay_times: Some(recorded), .. } if !a.diagnostics.falls => {
                 return format!(
-                    "The amplitude does not fall: {} of a decay time is recorded, and no kind of loss can be \
-                     determined from it.",
-                    plain(*decay_times, 1, "")
+                    "The amplitude does not fall: {} is recorded, and no kind of loss can be determined from it.",
+                    decay_times(*recorded)
                 );
             }
-            Warning::NotSeparable { correlation, decay_times: Some(decay_times) } => {
-                let recorded = match *decay_times {
-                    d if d < 0.95 => format!("{} of a decay time recorded", plain(d, 2, "")),
-                    d => format!("{d:.1} decay times recorded"),
-                };
+            Warning::NotSeparable { correlation, decay_times: Some(recorded) } => {
                 return format!(
-                    "{recorded}: viscous and sliding loss cannot be told apart, correlation {correlation:.3}{}.",
+                    "{} recorded: viscous and sliding loss cannot be separated, correlation {correlation:.3}{}.",
+                    decay_times(*recorded),
                     total_loss(a)
                 );
             }
@@ -101,14 +100,13 @@ fn conclusion(a: &Answer) -> String {
         // Evidence against the viscous law alone that another law without sliding explains.
         (false, true) if !not_preferred(a) => format!(
             "{} describes the record best and contains no sliding friction, but the same law with sliding \
-             friction describes the decay better, {}: whether sliding friction takes part remains \
-             undecided{}.",
+             friction describes the decay better, {}; whether there is sliding friction remains open{}.",
             capital(law(a).name()),
             p_value(a.sliding.p_value),
             open_question(a)
         ),
         (false, true) => format!(
-            "Sliding friction is present, {}, but {} does not include it.",
+            "Sliding friction is present, {}, but the model {} does not include it.",
             p_value(a.sliding.p_value),
             a.model
         ),
@@ -120,11 +118,11 @@ fn conclusion(a: &Answer) -> String {
 fn no_law(a: &Answer) -> Option<String> {
     let misfit = a.diagnostics.misfit.filter(|_| !a.diagnostics.law_holds)?;
     Some(format!(
-        "No loss law describes this decay: the best, {}, deviates from the amplitude by {} ({} at {}); \
-         whether sliding friction takes part remains open.",
-        law(a),
-        percent(misfit.relative_rms),
-        percent(misfit.largest),
+        "No loss law describes this decay: the amplitude deviates from the model {} by {} rms ({} at {}); \
+         whether there is sliding friction remains open.",
+        a.model,
+        exact_percent(misfit.relative_rms),
+        exact_percent(misfit.largest),
         plain(misfit.largest_at_s, 4, "s")
     ))
 }
@@ -194,7 +192,7 @@ fn found(a: &Answer) -> String {
     let others = a.model.terms().filter(|term| *term != LossTerm::Sliding);
     let rest = if more { format!(", {} the rest", in_words(others)) } else { String::new() };
     let evidence = if more || !s.viscous_only_excluded {
-        format!("a decay without it is excluded, {}", p_value(s.p_value))
+        format!("a decay without friction is excluded, {}", p_value(s.p_value))
     } else {
         format!("a purely viscous decay is excluded, {}", p_value(s.viscous_only_p_value))
     };
@@ -203,8 +201,8 @@ fn found(a: &Answer) -> String {
 
 fn uncertain(a: &Answer) -> String {
     format!(
-        "Sliding friction is possible but not certain, {}: {} describes the decay best, with {} of the loss \
-         from sliding at the start.",
+        "Sliding friction is possible but not certain, {}: the model {} describes the decay best; sliding \
+         friction would carry {} of the loss at the start.",
         p_value(a.sliding.p_value),
         law(a),
         percent(a.sliding.share_at_highest)
@@ -232,7 +230,7 @@ fn absent(a: &Answer) -> String {
         .into_iter()
         .find_map(|(parameter, is)| a.parameter(parameter).map(|q| (q.interval_95[1], q.unit.as_str(), is)))
         .filter(|(high, ..)| high.is_finite() && *high > 0.0)
-        .map(|(high, unit, is)| format!(": {is} below {} (95 %)", plain(high, 2, unit)))
+        .map(|(high, unit, is)| format!(": {is} below {} (95 %)", upper_limit(high, unit)))
         .unwrap_or_default();
     format!(
         "{cause} the decay; no sliding friction is found, {}{limit}{}.",
@@ -248,7 +246,7 @@ fn open_question(a: &Answer) -> String {
     });
     match rival {
         Some(rival) if rival.has_sliding() == law(a).has_sliding() => {
-            format!("; whether the rest of the loss follows {} or {rival} remains open", law(a))
+            format!("; which model describes the loss, {} or {rival}, remains open", law(a))
         }
         Some(rival) => format!("; {rival} describes the record as well"),
         None => String::new(),
@@ -299,7 +297,7 @@ mod tests {
         assert_eq!(
             a.sentence(),
             "Sliding friction carries 41 % of the loss at the start and 78 % at the end, viscous damping and \
-             quadratic drag the rest; a decay without it is excluded, p < 1e-12."
+             quadratic drag the rest; a decay without friction is excluded, p < 1e-12."
         );
         a.model = LossModel::SLIDING;
         a.sliding.viscous_only_p_value = 0.0;
@@ -355,13 +353,13 @@ mod tests {
         a.warnings = vec![Warning::NotSeparable { correlation: -0.9991, decay_times: Some(0.7) }];
         assert_eq!(
             a.sentence(),
-            "0.7 of a decay time recorded: viscous and sliding loss cannot be told apart, correlation \
+            "0.7 of a decay time recorded: viscous and sliding loss cannot be separated, correlation \
              -0.999; together they damp like a viscous decay rate of 0.0302 1/s."
         );
         a.warnings = vec![Warning::TooFewCycles { cycles: 3.1 }];
-        assert!(a.sentence().starts_with("Only 3.1 cycles, too few to tell"));
+        assert!(a.sentence().starts_with("Only 3.1 cycles, too few to separate"));
         a.warnings = vec![Warning::SeveralModes { main_hz: 80.5, other_hz: 297.7, relative_amplitude: 0.4 }];
-        assert!(a.sentence().starts_with("The record holds more than one mode (80.5 Hz and 297.7 Hz);"));
+        assert!(a.sentence().starts_with("The record contains more than one mode (80.5 Hz and 297.7 Hz);"));
     }
 
     #[test]
@@ -375,8 +373,8 @@ mod tests {
         }];
         assert_eq!(
             a.sentence(),
-            "The data prefer viscous+sliding to viscous, the model asked for. Sliding friction is present, \
-             p < 1e-12, but viscous does not include it."
+            "The data prefer the model viscous+sliding to viscous, which was asked for. Sliding friction is present, \
+             p < 1e-12, but the model viscous does not include it."
         );
         a.model = LossModel::VISCOUS_SLIDING;
         a.warnings = vec![Warning::ModelUndetermined {
@@ -396,8 +394,8 @@ mod tests {
         assert_eq!(
             a.sentence(),
             "Viscous+drag describes the record best and contains no sliding friction, but the same law \
-             with sliding friction describes the decay better, p = 1e-4: whether sliding friction takes \
-             part remains undecided."
+             with sliding friction describes the decay better, p = 1e-4; whether there is sliding \
+             friction remains open."
         );
     }
 
@@ -409,8 +407,8 @@ mod tests {
         a.sliding.share_at_highest = 0.05;
         assert_eq!(
             a.sentence(),
-            "Sliding friction is possible but not certain, p = 0.03: viscous+sliding describes the decay best, with \
-             5 % of the loss from sliding at the start."
+            "Sliding friction is possible but not certain, p = 0.03: the model viscous+sliding describes the \
+             decay best; sliding friction would carry 5 % of the loss at the start."
         );
     }
 }
