@@ -68,7 +68,7 @@ fn residuals_are_told_by_one_number() {
         let after = text.split_once(from).unwrap_or_else(|| panic!("{from}: {text}")).1;
         after.split_once(to).unwrap().0.parse().unwrap()
     };
-    let fit = number(&shown, "residuals ", " times those expected from noise");
+    let fit = number(&shown, "residuals ", " times the noise");
     let warning = number(&warned, "residuals are ", " times the noise");
     assert!(warning > 5.0 && (fit - warning).abs() < 0.05 * warning, "{fit} {warning}");
     // No percentage is a negative zero.

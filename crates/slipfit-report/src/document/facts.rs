@@ -18,7 +18,7 @@ impl Facts {
         if let Some(losses) = losses {
             let words: Vec<&str> = losses.terms().map(LossTerm::words).collect();
             let words = words.join(" and ");
-            self.add("counted", format!("in the intervals: {words}, which the {record} does not exclude"));
+            self.add("also", format!("the intervals include {words}, which the {record} does not exclude"));
         }
     }
 

@@ -84,17 +84,17 @@ fn facts(analysed: &AnalysedCurve<'_>, spell: Spelling<'_>) -> Facts {
     };
     let stops = match d.points_with_stops {
         0 => String::new(),
-        1 => "; 1 point with stops in the cycle".to_owned(),
-        n => format!("; {n} points with stops in the cycle"),
+        1 => "; 1 point with stops".to_owned(),
+        n => format!("; {n} points with stops"),
     };
     facts.add(
         "fit",
         format!(
-            "{method}, {drive}{level}; {} points{left}, {} within the line, over {:.1} line widths; noise \
-             {}, {:.0} dB below the peak; residuals {} times those expected from noise{growing}{stops}",
+            "{method}, {drive}{level}; {} points{left} spanning {:.1} line widths, {} of them within the line \
+             width; noise {}, {:.0} dB below the peak; residuals {} times the noise{growing}{stops}",
             d.points,
-            d.points_in_line,
             d.line_widths,
+            d.points_in_line,
             plain(d.noise_rms, 2, &answer.unit),
             d.signal_to_noise_db,
             times(d.residual_ratio())
@@ -107,13 +107,13 @@ fn facts(analysed: &AnalysedCurve<'_>, spell: Spelling<'_>) -> Facts {
         facts.add(
             "forces",
             format!(
-                "without a model, those of {} points give x_F = {}, δ = {} (chi square {:.2} per degree of \
-                 freedom{})",
+                "the balance of forces at {} points, without a model of the curve, gives x_F = {}, δ = {} (chi \
+                 square {:.2} per degree of freedom{})",
                 line.points,
                 Rounded::new(x_f.value, x_f.std_error, &x_f.unit),
                 Rounded::new(delta.value, delta.std_error, &delta.unit),
                 line.reduced_chi_square,
-                if line.reduced_chi_square > MAX_LINE_CHI_SQUARE { ": no straight line" } else { "" }
+                if line.reduced_chi_square > MAX_LINE_CHI_SQUARE { ": not a straight line" } else { "" }
             ),
         );
     }
@@ -132,11 +132,14 @@ fn instrument(facts: &mut Facts, answer: &Answer) {
     }
     if let Some([re, im]) = &i.background {
         let show = |q: &Quantity| Rounded::new(q.value, q.std_error, &q.unit).to_string();
-        let delayed = if i.background_delayed { ", behind the same delay" } else { "" };
+        let delayed = if i.background_delayed { ", delayed as well" } else { "" };
         said.push(format!("background {} and {} in quadrature{delayed}", show(re), show(im)));
     }
     if let Some(q) = &i.amplitude_offset {
-        said.push(format!("{} in every amplitude", Rounded::new(q.value, q.std_error, &answer.unit)));
+        said.push(format!(
+            "constant {} in every amplitude",
+            Rounded::new(q.value, q.std_error, &answer.unit)
+        ));
     }
     if let Some(q) = &i.noise_floor {
         said.push(format!(
@@ -148,13 +151,13 @@ fn instrument(facts: &mut Facts, answer: &Answer) {
         said.push("phases conjugated".to_owned());
     }
     if !said.is_empty() {
-        facts.add("besides", said.join(", "));
+        facts.add("fitted", said.join(", "));
     }
 }
 
 fn paper(facts: &mut Facts, answer: &Answer) {
     let Some(p) = &answer.paper else { return };
-    let mut text = format!("a Lorentzian of Q_f = {}", plain(p.effective_q_factor, 4, ""));
+    let mut text = format!("fitted by a Lorentzian of Q_f = {}", plain(p.effective_q_factor, 4, ""));
     if let (Some(q), Some(x_f)) = (p.q_factor, p.friction_displacement) {
         let _ = write!(
             text,
@@ -165,7 +168,7 @@ fn paper(facts: &mut Facts, answer: &Answer) {
         if let (Some(dq), Some(df)) = (p.q_factor_bias, p.friction_bias) {
             let _ = write!(
                 text,
-                "; on a curve like this it is off by {} in Q, {} in friction",
+                "; on a curve like this it is biased by {} in Q and {} in friction",
                 signed_percent(dq),
                 signed_percent(df)
             );
@@ -224,16 +227,15 @@ fn read_line(reading: &SweepReading, spell: Spelling<'_>) -> String {
         let (up, down, mixed) =
             (count(RunDirection::Up), count(RunDirection::Down), count(RunDirection::Unordered));
         let mut parts = Vec::new();
-        if up > 0 {
-            parts.push(format!("{up} up"));
-        }
-        if down > 0 {
-            parts.push(format!("{down} down"));
+        for (sweeps, direction) in [(up, "up"), (down, "down")].into_iter().filter(|(sweeps, _)| *sweeps > 0)
+        {
+            let number = if parts.is_empty() { counted(sweeps as u64, "sweep") } else { sweeps.to_string() };
+            parts.push(format!("{number} {direction}"));
         }
         if mixed > 0 {
-            parts.push("in no order".to_owned());
+            parts.push(if parts.is_empty() { "in no order" } else { "the rest unordered" }.to_owned());
         }
-        let _ = write!(text, "; swept {}", parts.join(", "));
+        let _ = write!(text, "; {}", parts.join(", "));
     }
     if report.runs > 1 {
         let _ = write!(text, "; curve {} of {} ({})", report.run, report.runs, spell("run", None));

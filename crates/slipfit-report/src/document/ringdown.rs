@@ -6,7 +6,7 @@ use super::method;
 use super::models::Comparison;
 use super::parameter::ParameterRow;
 use super::reading::{clock, columns_taken, rows_read};
-use crate::format::{Rounded, instant, plain, times};
+use crate::format::{Rounded, decay_times, instant, plain, times};
 use crate::{AnalysedRingdown, Sentence, plot};
 use slipfit::answer::hint::Spelling;
 use slipfit::ringdown::{FreeLaw, SensorCurve};
@@ -45,17 +45,17 @@ fn free_law(facts: &mut Facts, law: &FreeLaw, unit: &str) {
     };
     let x_f = law.friction_displacement.as_ref().map_or_else(String::new, |x_f| {
         let [low, high] = x_f.interval_95.map(|v| plain(v, 3, &x_f.unit));
-        format!(", as with x_F between {low} and {high}")
+        format!(", which corresponds to x_F between {low} and {high}")
     });
     facts.add("law", format!("without a model, at vanishing amplitude: loss {}{x_f}", interval(&law.limit)));
     facts.add("", format!("slope there {}", interval(&law.slope)));
     let shape = if law.effective_parameters < 2.5 {
-        "straight within its band".to_owned()
+        "straight within the confidence band".to_owned()
     } else {
         format!("curved, {} effective parameters", plain(law.effective_parameters, 2, ""))
     };
     let rising = if law.rising { "; constrained to rise with the amplitude" } else { "" };
-    facts.add("", format!("{shape}; measured down to {}{rising}", plain(law.lowest_amplitude, 3, unit)));
+    facts.add("", format!("{shape}; smallest amplitude {}{rising}", plain(law.lowest_amplitude, 3, unit)));
 }
 
 /// Response curve of the sensor in the unit of the signal: `reads x + 0.05 x² - 0.1 x³/(1 + 0.4 x²)`.
@@ -138,8 +138,8 @@ fn facts(analysed: &AnalysedRingdown<'_>, spell: Spelling<'_>) -> Facts {
     let d = &answer.diagnostics;
     let left_out = match d.left_out {
         0 => String::new(),
-        1 => "; 1 part far from every law left out".to_owned(),
-        n => format!("; {n} parts far from every law left out"),
+        1 => "; 1 short part that fits no law was left out".to_owned(),
+        n => format!("; {n} short parts that fit no law were left out"),
     };
     let at_turns = match d.samples_at_turns {
         0 => String::new(),
@@ -153,13 +153,13 @@ fn facts(analysed: &AnalysedRingdown<'_>, spell: Spelling<'_>) -> Facts {
     facts.add(
         "fit",
         format!(
-            "of the {}; noise {}, {:.0} dB below the start{coloured}; residuals {} times those expected \
-             from noise; {:.1} decay times{left_out}{at_turns}",
+            "of the {}; noise {}, {:.0} dB below the start{coloured}; residuals {} times the noise; \
+             {}{left_out}{at_turns}",
             d.method,
             plain(d.noise_rms, 2, &answer.signal_unit),
             d.signal_to_noise_db,
             times(d.residual_excess.max(0.0).sqrt()),
-            d.decay_times
+            decay_times(d.decay_times)
         ),
     );
     facts.counted_losses(d.counted_losses, "record");

@@ -3,6 +3,7 @@
 use super::content::{Document, Input, Table, file_name, warnings};
 use super::facts::Facts;
 use super::method;
+use super::reading::counted;
 use crate::format::{Rounded, Scale, p_value, plain};
 use crate::{AnalysedSeries, Sentence, plot};
 use slipfit::Quantity;
@@ -184,9 +185,9 @@ fn joint(facts: &mut Facts, analysed: &AnalysedSeries<'_>) {
             }
         }
         parts.push(format!(
-            "chi square {} for {} degrees of freedom, {}",
+            "chi square {} for {} of freedom, {}",
             plain(joint.chi_square, 3, ""),
-            joint.degrees_of_freedom,
+            counted(joint.degrees_of_freedom as u64, "degree"),
             p_value(joint.p_value)
         ));
         facts.add("joint", parts.join(", "));
@@ -238,7 +239,11 @@ fn laws(facts: &mut Facts, analysed: &AnalysedSeries<'_>) {
         let fit = law.p_value.map_or_else(String::new, |p| format!(", {}", p_value(p)));
         let tested = match law.degrees_of_freedom {
             0 => "as many parameters as loads".to_owned(),
-            free => format!("chi square {} for {free}{fit}", plain(law.chi_square, 3, "")),
+            free => format!(
+                "chi square {} for {} of freedom{fit}",
+                plain(law.chi_square, 3, ""),
+                counted(free as u64, "degree")
+            ),
         };
         let shown = Rounded::new(c.value, c.std_error, &c.unit);
         let said = format!(
@@ -264,15 +269,23 @@ fn alone(facts: &mut Facts, analysed: &AnalysedSeries<'_>) {
             Ok(_) => "analysed".to_owned(),
             Err(error) => format!("could not be analysed: {error}"),
         };
-        facts.add("alone", format!("{name} ({}, {}): {said}", input.kind, m.condition.label));
-        let codes: Vec<String> = match single {
-            Ok(SingleAnswer::RingDown(a)) => a.warnings.iter().map(|w| w.code().to_owned()).collect(),
-            Ok(SingleAnswer::Sweep(a)) => a.warnings.iter().map(|w| w.code().to_owned()).collect(),
-            Ok(SingleAnswer::Levels(a)) => a.warnings.iter().map(|w| w.code().to_owned()).collect(),
-            _ => Vec::new(),
+        let names_kind = name.replace('-', "").contains(input.kind);
+        let place = if names_kind && name.contains(&m.condition.label) {
+            String::new()
+        } else {
+            format!(" ({}, {})", input.kind, m.condition.label)
         };
-        if !codes.is_empty() {
-            facts.add("", format!("warnings: {} (its own command says more)", codes.join(", ")));
+        facts.add("alone", format!("{name}{place}: {said}"));
+        let warned = match single {
+            Ok(SingleAnswer::RingDown(a)) => Some(("ringdown", &a.warnings)),
+            Ok(SingleAnswer::Sweep(a)) => Some(("resonance", &a.warnings)),
+            Ok(SingleAnswer::Levels(a)) => Some(("levels", &a.warnings)),
+            _ => None,
+        };
+        if let Some((command, list)) = warned.filter(|(_, list)| !list.is_empty()) {
+            let codes: Vec<&str> = list.iter().map(|w| w.code()).collect();
+            let codes = codes.join(", ");
+            facts.add("", format!("warnings: {codes} (explained by slipfit {command} on this file)"));
         }
     }
 }
