@@ -28,7 +28,8 @@ pub(crate) fn run(args: &InspectArgs, color: ColorChoice) -> Result<ExitCode, Fa
     let curve_options = args.reading.curve_options();
     let looked = progress::with_spinner("reading", false, || {
         slipfit_io::glance(&args.file, PREVIEW_ROWS, &args.reading.options(), curve_options.as_ref())
-    })?;
+    })
+    .map_err(|error| refused(&args.file, error))?;
     let Glance { head, tables, record: reading, swings, curve, .. } = looked;
     let lines = if tables.dialect.is_some() { first_lines(&head) } else { Vec::new() };
     let flags = args.reading.as_flags();
@@ -52,6 +53,20 @@ pub(crate) fn run(args: &InspectArgs, color: ColorChoice) -> Result<ExitCode, Fa
     };
     output::print(&terminal::inspect(&inspected, &spelled), color)?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// The failure of reading; for a manifest with a hint at the command that reads it.
+fn refused(file: &Path, error: ReadError) -> Failure {
+    let is_manifest = matches!(error.problem, ReadProblem::NoTable { .. })
+        && file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"))
+        && std::fs::read_to_string(file)
+            .is_ok_and(|text| text.lines().any(|line| line.trim_start().starts_with("[[measurement]]")));
+    let failure = Failure::from(error);
+    if is_manifest {
+        failure.hint(format!("slipfit series {} reads the files named in it", typed(file)))
+    } else {
+        failure
+    }
 }
 
 /// The command that analyses the file.

@@ -50,6 +50,20 @@ fn a_file_that_is_no_table_is_an_error() {
     assert!(String::from_utf8(output.stderr).unwrap().starts_with("error: notes.txt: no table"));
 }
 
+#[test]
+fn a_manifest_is_no_table_and_the_hint_names_the_command_for_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let manifest = "title = \"Swings\"\n\n[[measurement]]\nringdown = \"swing.csv\"\n";
+    for (name, is_manifest) in [("series.toml", true), ("series.txt", false)] {
+        std::fs::write(folder.path().join(name), manifest).unwrap();
+        let output = slipfit().current_dir(folder.path()).args(["inspect", name]).output().unwrap();
+        assert_eq!(output.status.code(), Some(2));
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(said.contains("no table of numbers"), "{said}");
+        assert_eq!(said.contains("hint: slipfit series series.toml reads"), is_manifest, "{said}");
+    }
+}
+
 /// These columns have no names: their values decide what they are, without a fit.
 #[test]
 fn numbers_without_names_are_told_apart_by_what_they_do() {
