@@ -61,7 +61,7 @@ pub enum ReadProblem {
     #[error("this is {}, which is not read yet", .0.name())]
     Unsupported(Format),
     /// A file that violates the rules of its format.
-    #[error("this begins like {} but is malformed: {reason}", .format.name())]
+    #[error("this cannot be read as {}: {reason}", .format.name())]
     Broken {
         /// The format.
         format: Format,
@@ -138,7 +138,7 @@ pub enum ReadProblem {
         problem: OptionProblem,
     },
     /// No time column and no sampling rate.
-    #[error("no column of times among {columns}")]
+    #[error("no column of times; the file has {columns}")]
     NoTime {
         /// The available columns.
         columns: String,
@@ -146,7 +146,7 @@ pub enum ReadProblem {
         rate_hz: Option<f64>,
     },
     /// Another column that is needed is missing.
-    #[error("{} among {columns}", .needed.missing())]
+    #[error("{}; the file has {columns}", .needed.missing())]
     NoColumn {
         /// What is needed.
         needed: Needed,
@@ -178,7 +178,7 @@ pub enum ReadProblem {
         forward: usize,
     },
     /// Too few rows could be read.
-    #[error("{column}: usable rows {read}, needed at least {needed}{skipped}")]
+    #[error("{column} has {}; at least {needed} are needed{skipped}", usable_rows(*.read))]
     TooFewRows {
         /// Rows with a sample.
         read: usize,
@@ -293,7 +293,7 @@ pub enum ReadProblem {
         reason: String,
     },
     /// A folder without files.
-    #[error("the folder holds no files")]
+    #[error("the folder contains no files")]
     NoFiles,
     /// None of the files, or of the files in a folder, is a driven record.
     #[error("none of {files} files could be read as a driven record; the first: {first}")]
@@ -321,8 +321,12 @@ impl Format {
 pub enum Needed {
     /// The signal of a record.
     Signal,
+    /// The second output of a lock-in.
+    Quadrature,
     /// The frequencies of a curve.
     Frequency,
+    /// The same in a table of amplitudes over drive levels.
+    FrequencyOfLevels,
     /// The amplitudes of a curve.
     Amplitude,
     /// The amplitudes at drive levels.
@@ -333,7 +337,8 @@ impl Needed {
     pub(crate) fn missing(self) -> &'static str {
         match self {
             Self::Signal => "no column could be the signal",
-            Self::Frequency => "no column of frequencies",
+            Self::Quadrature => "no column could be the Y output of the lock-in",
+            Self::Frequency | Self::FrequencyOfLevels => "no column of frequencies",
             Self::Amplitude | Self::LevelAmplitude => "no column could be the amplitude",
         }
     }
@@ -344,16 +349,16 @@ impl Needed {
 #[non_exhaustive]
 pub enum OptionProblem {
     /// No column has this name.
-    #[error("no such column; there are {0}")]
+    #[error("no such column; the columns are {0}")]
     NoSuchColumn(String),
     /// The names of several columns contain it.
     #[error("could be {0}")]
     SeveralColumns(String),
     /// No table, or several, with this name or number.
-    #[error("no such table, or several; there are {0}")]
+    #[error("not the name of exactly one table; the tables are {0}")]
     NoSuchTable(String),
     /// A table or run number greater than the number of tables side by side or of runs.
-    #[error("the file has {0}")]
+    #[error("the file has only {0}")]
     NumberTooLarge(usize),
     /// A unit that is not known for this column; holds the known units.
     #[error("not a known unit")]
@@ -433,16 +438,25 @@ impl ReadProblem {
             ],
             Self::NoColumn { needed: Needed::Frequency, .. } => vec![
                 Hint::new("frequency", "names a column"),
-                Hint::new("frequency_unit", "gives its unit (s or ms of a period)"),
+                Hint::new("frequency_unit", "gives its unit (s or ms for periods)"),
+            ],
+            Self::NoColumn { needed: Needed::FrequencyOfLevels, .. } => vec![
+                Hint::analysis(Analysis::Levels, "reads amplitudes over drive levels"),
+                Hint::new("frequency", "names a column"),
+                Hint::new("frequency_unit", "gives its unit (s or ms for periods)"),
             ],
             Self::NoColumn { needed: Needed::Amplitude, .. } | Self::NoPoints { .. } => vec![
                 Hint::new("amplitude", "names a column"),
                 Hint::new("real", "names a part of a complex response"),
                 Hint::new("imaginary", "names a part of a complex response"),
             ],
-            Self::NoColumn { needed: Needed::Signal, .. }
-            | Self::ConstantSignal { .. }
-            | Self::TooFewRows { .. } => vec![Hint::new("signal", "names another column")],
+            Self::NoColumn { needed: Needed::Signal, .. } => vec![Hint::new("signal", "names a column")],
+            Self::NoColumn { needed: Needed::Quadrature, .. } => {
+                vec![Hint::new("quadrature", "names the Y output")]
+            }
+            Self::ConstantSignal { .. } | Self::TooFewRows { .. } => {
+                vec![Hint::new("signal", "names another column")]
+            }
             Self::NoColumn { needed: Needed::LevelAmplitude, .. } | Self::OneLevel { .. } => levels_hints(),
             Self::TimeRecord { instead_of, .. } if instead_of.contains("levels") => levels_hints(),
             Self::NoTickRate { .. } => vec![Hint::new(
@@ -510,6 +524,14 @@ fn levels_hints() -> Vec<Hint> {
 
 fn looked_through(lines: usize) -> String {
     if lines == 1 { "in its only line".to_owned() } else { format!("in the first {lines} lines") }
+}
+
+fn usable_rows(rows: usize) -> String {
+    match rows {
+        0 => "no usable rows".to_owned(),
+        1 => "only 1 usable row".to_owned(),
+        _ => format!("only {rows} usable rows"),
+    }
 }
 
 fn spaced(unit: &str) -> String {

@@ -206,6 +206,17 @@ pub struct Skipped {
     pub first_row: u64,
 }
 
+impl fmt::Display for Skipped {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { reason, rows, first_row } = self;
+        if *rows == 1 {
+            write!(f, "row {first_row} ({reason})")
+        } else {
+            write!(f, "{rows} rows ({reason}), the first in row {first_row}")
+        }
+    }
+}
+
 /// How a text file is written.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]

@@ -110,7 +110,7 @@ fn what_cannot_be_meant_is_said() {
         ("[[measurement]]\nringdwn = 'a'\n", "`ringdwn`: did you mean `ringdown`?"),
         ("[[measurement]]\nfile = 'a'\n", "; `file` does not say of what the file is"),
         ("stifness = 3\n", "unknown key `stifness`; did you mean `stiffness`?"),
-        ("[[measurement]]\ncondition = 1\n", "one of ringdown, sweep and levels"),
+        ("[[measurement]]\ncondition = 1\n", "give one of the keys ringdown, sweep or levels"),
         ("[[measurement]]\nringdown = 'a'\nsweep = 'b'\n", "exclude"),
         (
             "[[measurement]]\nringdown = 'a'\n  bamd = [1, 2]\n",

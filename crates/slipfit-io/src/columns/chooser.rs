@@ -146,7 +146,7 @@ impl<'a> Chooser<'a> {
             return is(index, "frequencies", "a resonance curve", Analysis::Resonance);
         }
         let drive = of(Role::Drive).filter(|_| of(Role::Amplitude).is_some())?;
-        is(drive, "levels of a drive", "amplitudes over drive levels", Analysis::Levels)
+        is(drive, "levels of a drive", "a table of amplitudes over drive levels", Analysis::Levels)
     }
 
     /// Notes the columns that hold numbers but are not read.

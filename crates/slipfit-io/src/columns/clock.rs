@@ -90,13 +90,13 @@ impl Chooser<'_> {
         if let Some(index) = best().find(|&c| !since_1970(c)).or_else(|| best().next()) {
             return self.time_taken(index, "named like a time");
         }
-        const STEADY: &str = "its numbers go up steadily";
+        const STEADY: &str = "its numbers increase steadily";
         match (named.first().copied(), by_content) {
             (Some(wrong), Some(index)) => {
                 self.roles[wrong] = Role::Unknown;
                 let (wrong, right) = (self.label(wrong), self.label(index));
                 self.notes
-                    .push(format!("{wrong} is named like a time but does not go up; {right} does").into());
+                    .push(format!("{wrong} is named like a time but does not increase; {right} does").into());
                 self.by_content = true;
                 self.time_taken(index, STEADY)
             }
@@ -113,7 +113,7 @@ impl Chooser<'_> {
                 match interval {
                     Some(index) if self.values.len() > 1 => self.time_taken(
                         index,
-                        "its numbers are nearly constant, as times since the row before are",
+                        "its numbers are nearly constant, as time steps from row to row are",
                     ),
                     _ => {
                         match rate_hz.filter(|_| self.head.has_variables).or_else(|| self.stated_rate_hz()) {
@@ -121,7 +121,7 @@ impl Chooser<'_> {
                                 let text = format!(
                                     "no column of times: the rate that the file names, {rate} Hz, was taken"
                                 );
-                                self.notes.push(Note::new(text).hint("rate_hz", "says otherwise"));
+                                self.notes.push(Note::new(text).hint("rate_hz", "gives another"));
                                 Ok(Time::Rate(rate))
                             }
                             None => {
@@ -211,13 +211,13 @@ impl Chooser<'_> {
                     let rate_hz = self.named_rate_hz().ok_or(ReadProblem::NoTickRate { column: label })?;
                     let unit = name.unit.clone();
                     let text = format!("the rate that the file names, {rate_hz} Hz, is that of its {unit}");
-                    self.notes.push(Note::new(text).hint("rate_hz", "says otherwise"));
+                    self.notes.push(Note::new(text).hint("rate_hz", "gives another"));
                     Ok((unit, Seconds::Over(rate_hz)))
                 }
                 other => {
                     let what = if other.is_some() { "not a unit of time" } else { "not a known unit" };
                     let text = format!("{label}: {} is {what}: seconds were taken", name.unit);
-                    self.notes.push(Note::new(text).hint("time_unit", "says otherwise"));
+                    self.notes.push(Note::new(text).hint("time_unit", "gives another"));
                     Ok(("s".to_owned(), Seconds::Same))
                 }
             };
@@ -245,7 +245,10 @@ impl Chooser<'_> {
             let text = format!("{label} names no unit and counts from 1970: its times were taken as {unit}");
             (text, (unit.to_owned(), seconds))
         } else if interval && content.greatest >= 1.0 {
-            let text = format!("{label}: steps of {:.0} were taken as milliseconds", content.greatest);
+            let text = format!(
+                "{label}: its numbers, up to {:.0}, were taken as steps in milliseconds",
+                content.greatest
+            );
             (text, milliseconds())
         } else if !interval && content.whole && (2.0..=COUNTS).contains(&content.mean_step) {
             // Microcontrollers count milliseconds and microseconds; an oscillator is not sampled only every few
@@ -273,9 +276,9 @@ impl Chooser<'_> {
         // Day numbers since 1900 or since the year 0, with rows less than a day apart.
         let in_days = !content.whole && DAYS.iter().any(|days| days.contains(&content.least)) && !interval;
         let advice = if in_days && content.mean_step < DAYS_APART {
-            "says otherwise: days where they are the day numbers of a spreadsheet"
+            "gives another, such as days for the day numbers of a spreadsheet"
         } else {
-            "says otherwise"
+            "gives another"
         };
         self.notes.push(Note::new(text).hint("time_unit", advice));
         Ok(taken)

@@ -81,7 +81,7 @@ impl Chooser<'_> {
         if runs > 1 {
             let from = if run == 1 { 0 } else { starts[run - 1] };
             self.near = (from..starts.get(run).copied().unwrap_or(names.len())).collect();
-            let text = format!("{runs} curves stand in groups of columns; number {run} was read");
+            let text = format!("the file has {runs} curves in groups of columns: number {run} was read");
             self.notes.push(Note::new(text).hint("run", "reads another"));
         }
         Ok((runs, run))

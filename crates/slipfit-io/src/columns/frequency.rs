@@ -137,7 +137,7 @@ impl Chooser<'_> {
                 "{} is named like an angular frequency: {unit} was taken as rad/s",
                 self.label(index)
             );
-            self.notes.push(Note::new(text).hint("frequency_unit", "says otherwise"));
+            self.notes.push(Note::new(text).hint("frequency_unit", "gives another"));
             "rad/s".clone_into(&mut chosen.unit);
             return Ok(Frequency::Plain(chosen, 1.0 / TAU));
         }
@@ -151,8 +151,8 @@ impl Chooser<'_> {
                 factor
             }
             None if self.options.frequency_unit.is_some() => {
-                let known =
-                    "Hz, kHz, MHz, rad/s, rpm, s, ms and us of a period, log10 Hz, or 80.1 Hz of ratios";
+                let known = "Hz, kHz, MHz, rad/s, rpm, s, ms or us for periods, log10 Hz for logarithms, or for \
+                             ratios the frequency that 1 stands for, such as \"80.1 Hz\"";
                 let problem = OptionProblem::UnknownUnit(known);
                 return Err(ReadProblem::Option { option: "frequency_unit", value: unit, problem });
             }
@@ -183,8 +183,7 @@ impl Chooser<'_> {
             "{} holds logarithms of frequencies: {base_name}^x{times} was taken as Hz",
             self.label(index)
         );
-        self.notes
-            .push(Note::new(text).hint("frequency_unit", "says otherwise, such as Hz or \"log10 kHz\""));
+        self.notes.push(Note::new(text).hint("frequency_unit", "gives another, such as Hz or \"log10 kHz\""));
         "Hz".clone_into(&mut chosen.unit);
         Frequency::Logarithm(chosen, base, factor)
     }
@@ -211,7 +210,7 @@ impl Chooser<'_> {
 
     fn note_unit(&mut self, index: usize, what: &str, taken: &str) {
         let text = format!("{} names no unit: its {what} were taken as {taken}", self.label(index));
-        self.notes.push(Note::new(text).hint("frequency_unit", "says otherwise"));
+        self.notes.push(Note::new(text).hint("frequency_unit", "gives another"));
     }
 
     fn find_frequency(&mut self) -> Result<(usize, Role, &'static str), ReadProblem> {
@@ -253,7 +252,12 @@ impl Chooser<'_> {
             Some(index) if !named || self.near.len() > 1 => {
                 Ok((index, Role::Unknown, "its numbers are monotonic, as frequencies are"))
             }
-            _ => Err(ReadProblem::NoColumn { needed: Needed::Frequency, columns: self.list() }),
+            _ => {
+                let varies = |role| self.of_role(role, &[]).is_some_and(|index| self.varies(index));
+                let levels = varies(Role::Drive) && varies(Role::Amplitude);
+                let needed = if levels { Needed::FrequencyOfLevels } else { Needed::Frequency };
+                Err(ReadProblem::NoColumn { needed, columns: self.list() })
+            }
         }
     }
 

@@ -105,7 +105,7 @@ impl Head {
         const MOST: usize = 12;
         let mut labels: Vec<String> = indices.iter().take(MOST).map(|&i| self.label(i)).collect();
         if indices.len() > MOST {
-            labels.push(format!("{} more", indices.len() - MOST));
+            labels.push(format!("and {} more", indices.len() - MOST));
         }
         labels.join(", ")
     }

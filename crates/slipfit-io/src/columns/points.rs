@@ -364,7 +364,7 @@ fn to_displacement(
     if !notes.iter().any(|n| n.text.contains("divided by i omega")) {
         let twice = if times == 2 { " twice" } else { "" };
         let text = format!("{word}: divided by i omega{twice} to a displacement");
-        notes.push(Note::new(text).hint("kind", "says otherwise"));
+        notes.push(Note::new(text).hint("kind", "gives another"));
     }
     for (z, f) in values.iter_mut().zip(frequency_hz) {
         let i_omega = if phased { Phasor::new(0.0, TAU * f) } else { Phasor::new(TAU * f, 0.0) };

@@ -99,7 +99,7 @@ impl Chooser<'_> {
         let kind = match options.kind.unwrap_or(found_kind) {
             SignalKind::LockIn if quadrature.is_none() => {
                 let columns = self.head.list(&self.near);
-                return Err(ReadProblem::NoColumn { needed: Needed::Signal, columns });
+                return Err(ReadProblem::NoColumn { needed: Needed::Quadrature, columns });
             }
             _ if level && options.kind.is_none() => SignalKind::Envelope,
             _ if quadrature.is_some() => SignalKind::LockIn,
@@ -113,15 +113,16 @@ impl Chooser<'_> {
                 "nothing says which quantity {} is: it was taken as a displacement",
                 self.label(signal)
             );
-            self.notes.push(Note::new(text).hint("kind", "says otherwise"));
+            self.notes.push(Note::new(text).hint("kind", "gives another"));
         }
         self.note_another_unit(signal);
         if parts > 1 {
-            let text = format!("{parts} tables stand side by side; number {} was read", group.table);
+            let text = format!("the file has {parts} tables side by side: number {} was read", group.table);
             self.notes.push(Note::new(text).hint("part", "reads another"));
         }
         if runs > 1 {
-            let text = format!("{runs} runs stand in groups of columns; number {} was read", group.run);
+            let text =
+                format!("the file has {runs} runs in groups of columns: number {} was read", group.run);
             self.notes.push(Note::new(text).hint("run", "reads another"));
         }
         let turning_gravity = kind == SignalKind::Acceleration && self.turns_in_gravity(signal);

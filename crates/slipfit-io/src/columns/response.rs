@@ -219,8 +219,8 @@ impl Chooser<'_> {
             "{a} and {b} have no names: a resonance fits them far better as real and imaginary part than \
              as amplitude and phase: they were taken as such"
         );
-        let note = Note::new(text).hint("amplitude", "says otherwise");
-        self.notes.push(note.hint("phase", "says otherwise"));
+        let note = Note::new(text).hint("amplitude", "names a column of amplitudes");
+        self.notes.push(note.hint("phase", "names a column of phases"));
         let why = "a resonance fits it best so";
         Some(Response::Complex(self.choose_column(first, why), self.choose_column(second, why)))
     }
@@ -301,7 +301,7 @@ impl Chooser<'_> {
         // Amplitudes are not negative; levels in decibels are, below their reference.
         if self.finite(index).any(|v| v < 0.0) {
             let text = format!("{label} has no name and negative numbers: it was taken as levels in dB");
-            let note = Note::new(text).hint("unit", "says otherwise");
+            let note = Note::new(text).hint("unit", "gives another");
             let part = "reads a part of a complex response";
             self.notes.push(note.hint("real", part).hint("imaginary", part));
             return Scale::Decibel;
@@ -318,7 +318,7 @@ impl Chooser<'_> {
             Some(false) => return Scale::Linear,
             None => (Scale::Linear, format!("{label} names no unit: its amplitudes were taken as linear")),
         };
-        self.notes.push(Note::new(text).hint("unit", "says otherwise"));
+        self.notes.push(Note::new(text).hint("unit", "gives another"));
         scale
     }
 
@@ -369,7 +369,7 @@ impl Chooser<'_> {
             "{} names no unit: its phases, up to {largest:.4}, were taken as {word}",
             self.label(index)
         );
-        self.notes.push(Note::new(text).hint("phase_unit", "says otherwise"));
+        self.notes.push(Note::new(text).hint("phase_unit", "gives another"));
         unit.clone_into(&mut chosen.unit);
         Ok(Some((chosen, factor)))
     }

@@ -54,7 +54,7 @@ impl Chooser<'_> {
             "{} is the only column apart from the times: it was taken as proportional to the displacement",
             self.label(only)
         );
-        self.notes.push(Note::new(text).hint("kind", "says otherwise"));
+        self.notes.push(Note::new(text).hint("kind", "gives another"));
         Some(only)
     }
 
@@ -203,7 +203,7 @@ impl Chooser<'_> {
                     "{square} varies like the square of {of}, as an acceleration along a pendulum does, \
                      and was not taken"
                 );
-                self.notes.push(Note::new(text).hint("signal", "says otherwise"));
+                self.notes.push(Note::new(text).hint("signal", "names another"));
             }
         }
         // Swings are comparable only within one unit.
@@ -278,7 +278,7 @@ impl Chooser<'_> {
         let (kind, place) = of(&self.head.name).or_else(|| of(base))?;
         let what = if kind == SignalKind::Velocity { "a velocity" } else { "an acceleration" };
         let text = format!("{} was taken as {what}, by the name `{place}`", self.label(index));
-        self.notes.push(Note::new(text).hint("kind", "says otherwise"));
+        self.notes.push(Note::new(text).hint("kind", "gives another"));
         Some(kind)
     }
 

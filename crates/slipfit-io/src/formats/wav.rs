@@ -301,7 +301,7 @@ mod tests {
         }
         let third = ReadOptions { signal: Some("3".into()), ..Default::default() };
         let message = read(&bytes, &third).unwrap_err().to_string();
-        assert!(message.starts_with("bell.wav: signal = 3: no such column; there are"), "{message}");
+        assert!(message.starts_with("bell.wav: signal = 3: no such column; the columns are"), "{message}");
     }
 
     #[test]

@@ -173,7 +173,7 @@ fn choose_table(
         return Err(ReadProblem::NoTableFits { tables: tables.join("; "), first });
     };
     let names: Vec<&str> = heads.iter().map(|h| h.name.as_str()).collect();
-    let text = format!("of {}, the table `{}` was read", names.len(), names[table]);
+    let text = format!("of {} tables, `{}` was read", names.len(), names[table]);
     let others = format!("reads another: {}", pick::others(&names, table));
     choice.notes.push(Note::new(text).hint("sheet", others));
     Ok((table, choice))
@@ -435,8 +435,8 @@ fn snap_to_step(head: &Head, time: &Time, time_s: &mut [f64]) -> Option<Note> {
 fn averaged(averaging: &Averaging, samples: usize, left_out: usize) -> Option<Note> {
     if let Some(why) = averaging.stopped() {
         return Some(
-            Note::new(format!("{samples} samples are kept, more than allowed: {why}"))
-                .hint("most_samples", "allows more"),
+            Note::new(format!("{samples} samples are held, more than the limit, because {why}"))
+                .hint("most_samples", "sets the limit"),
         );
     }
     (averaging.factor() > 1).then(|| {
@@ -452,7 +452,7 @@ fn averaged(averaging: &Averaging, samples: usize, left_out: usize) -> Option<No
             averaging.samples_a_cycle(),
             100.0 * (1.0 - averaging.gain())
         );
-        Note::new(text).hint("most_samples", "sets how many are kept")
+        Note::new(text).hint("most_samples", "sets how many are held")
     })
 }
 

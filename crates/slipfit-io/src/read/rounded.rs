@@ -3,6 +3,8 @@
 //! `slipfit::Record` restores an even clock if all stamps are roundings of it. If rows are missing there is no such
 //! clock, and the best estimate is the rate of the first rows, whose times are well resolved.
 
+use slipfit::answer::hint::Hint;
+
 use crate::report::Note;
 
 /// Maximum number of significant digits of coarse times.
@@ -46,14 +48,14 @@ pub(super) fn advice(time_s: &[f64]) -> Option<Note> {
     let fine = (2..=fine).find(lost).map_or(fine, |k| k - 1);
     let span = time_s[fine] - time_s[0];
     let quantum = quantum(time_s[fine], digits);
-    let advice = if fine > 2 && span > quantum {
+    let hint = if fine > 2 && span > quantum {
         let (rows, rounding) = (fine as f64, 0.5 * quantum);
         let rate = fewest_digits_between(rows / (span + rounding), rows / (span - rounding));
-        format!("takes the rate of the first {fine}, {rate}")
+        Hint::new("rate_hz", format!("is the rate of the first {fine} rows")).with(rate)
     } else {
-        "gives the rate".to_owned()
+        Hint::new("rate_hz", "gives the rate")
     };
-    Some(Note::new(text).hint("rate_hz", advice))
+    Some(Note { text, hints: vec![hint] })
 }
 
 /// The number with the fewest digits between two positive numbers.
@@ -79,6 +81,7 @@ fn quantum(value: f64, digits: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use slipfit::answer::hint::HintValue;
 
     /// A time as written by `%.2E`.
     fn three_digits(t: f64) -> f64 {
@@ -89,9 +92,11 @@ mod tests {
     fn of_a_clock_that_lost_rows_the_rate_is_advised() {
         let rows = (0..3600).filter(|k| !(900..930).contains(k));
         let stamps: Vec<f64> = rows.map(|k| three_digits(f64::from(k) / 30.0)).collect();
-        let said = advice(&stamps).expect("coarse").spelled(&|option, _| option.to_owned());
+        let note = advice(&stamps).expect("coarse");
+        let said = note.to_string();
         assert!(said.contains("no uniform clock fits"), "{said}");
-        assert!(said.ends_with("first 299, 30"), "{said}");
+        assert!(said.ends_with("is the rate of the first 299 rows"), "{said}");
+        assert_eq!(note.hints[0].value, Some(HintValue::Number(30.0)));
     }
 
     #[test]

@@ -13,6 +13,7 @@ use super::{
 };
 use crate::{
     columns::{named, stated},
+    error::ReadProblem,
     report::Decimal,
 };
 
@@ -38,7 +39,10 @@ impl Sheet {
     fn tables(&self) -> Result<Vec<LoadedTable>, String> {
         let side_cells = side_cells::find(&self.cells);
         let text = self.text(&side_cells)?;
-        let mut tables = text::load_tables(text.as_bytes()).map_err(|e| e.to_string())?;
+        let mut tables = text::load_tables(text.as_bytes()).map_err(|problem| match problem {
+            ReadProblem::Empty => "it is empty".to_owned(),
+            other => other.to_string(),
+        })?;
         let (lines, note) = side_cells::lines(&self.cells, &side_cells);
         let stated_rate_hz = stated::rate_hz(lines.iter().map(String::as_str), &['\t'], Decimal::Point);
         let named_values = named::values(lines.into_iter());

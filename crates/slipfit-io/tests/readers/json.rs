@@ -121,7 +121,7 @@ fn what_json_lacks_is_counted_and_what_is_broken_is_told() {
     };
     for (text, problem) in [
         (&text[..text.len() - 5], "line 300"),
-        (&text[..text.len() - 5], "is malformed"),
+        (&text[..text.len() - 5], "cannot be read as"),
         ("{\"name\": \"pendulum\"}", "no table in it can be read: it holds no list of numbers"),
         ("[[[[1, 2], [\"a\"]]]]", "no table of numbers"),
     ] {

@@ -169,7 +169,7 @@ fn frequencies_come_as_logarithms() {
             hz.iter().zip([1, 3, 2]).map(|(f, a)| format!("{},{a}\n", to_written(*f))).collect();
         let reading = read(&format!("{header},A (nm)\n{rows}"));
         close(reading.curve.frequency_hz(), &hz, header);
-        assert!(said(&reading).contains("frequency_unit says otherwise"), "{}", said(&reading));
+        assert!(said(&reading).contains("frequency_unit gives another"), "{}", said(&reading));
     }
     let unit = |unit: &str| ReadOptions { frequency_unit: Some(unit.into()), ..Default::default() };
     let unit_of_first = |text: &str| ReadOptions { frequency: Some("1".into()), ..unit(text) };

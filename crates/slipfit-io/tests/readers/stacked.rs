@@ -45,7 +45,7 @@ fn tables_with_headers_of_their_own_are_read_apart() {
     let text = format!("Time (s),Position (m)\n{metres}\nTime (ms),Position (mm)\n{}", rows(in_mm));
     let notes = assert_is_swing(&text, &ReadOptions::default(), "m");
     assert!(
-        notes.iter().any(|n| n.contains("of 2 the table `table 1` was read") && n.contains("`table 2`")),
+        notes.iter().any(|n| n.contains("of 2 tables, `table 1` was read") && n.contains("`table 2`")),
         "{notes:?}"
     );
     assert_is_swing(&text, &with_sheet("table 2"), "mm");
@@ -153,7 +153,7 @@ fn channels_of_a_network_analyser_are_curves_of_their_own() {
         assert_eq!(reading.curve.frequency_hz().len(), ROWS);
         assert!((reading.curve.response().amplitude(0) - resonance(0).1).abs() < 1e-6);
         let notes: Vec<String> = reading.report.notes.iter().map(ToString::to_string).collect();
-        assert!(notes.iter().any(|n| n.contains("of 2 tables `CH1_DATA` was read")), "{notes:?}");
+        assert!(notes.iter().any(|n| n.contains("of 2 tables, `CH1_DATA` was read")), "{notes:?}");
         if name.contains("Mag") {
             let second = sweep(&text, &with_sheet("ch2"));
             assert!((second.curve.response().amplitude(0) - 0.5 * resonance(0).1).abs() < 1e-6);

@@ -328,6 +328,9 @@ fn what_is_no_curve_is_refused_with_a_hint() {
     let (said, hint) = problem("phase (deg),A\n9,1\n10,2\n11,1\n");
     assert!(said.contains("no column of frequencies"), "{said} {hint}");
     assert!(hint.contains("frequency"), "{said} {hint}");
+    let (said, hint) = problem("drive/V,A/mA\n1,1.3\n2,2.6\n3,3.8\n");
+    assert!(said.contains("no column of frequencies"), "{said} {hint}");
+    assert!(hint.starts_with("analysis = levels reads amplitudes over drive levels"), "{said} {hint}");
     let (said, hint) = problem("f (Hz),phase (deg)\n9,1\n10,2\n11,1\n");
     assert!(said.contains("could be the amplitude"), "{said} {hint}");
     assert!(hint.contains("amplitude"), "{said} {hint}");

@@ -27,7 +27,7 @@ pub(crate) fn record(reading: &Reading, spell: Spelling<'_>) -> Facts {
 }
 
 /// `1 row`, `2 rows`.
-pub(super) fn counted(n: u64, thing: &str) -> String {
+pub(crate) fn counted(n: u64, thing: &str) -> String {
     if n == 1 { format!("1 {thing}") } else { format!("{n} {thing}s") }
 }
 
@@ -42,11 +42,7 @@ pub(super) fn columns_taken(facts: &mut Facts, report: &ReadReport) {
 pub(super) fn rows_read(report: &ReadReport, spell: Spelling<'_>) -> String {
     let mut text = counted(report.rows_read, "row");
     if !report.skipped.is_empty() {
-        let reasons: Vec<String> = report
-            .skipped
-            .iter()
-            .map(|s| format!("{} {}, first in row {}", s.rows, s.reason, s.first_row))
-            .collect();
+        let reasons: Vec<String> = report.skipped.iter().map(ToString::to_string).collect();
         let _ = write!(text, "; skipped {}", reasons.join("; "));
     }
     let mut choice = Vec::new();
@@ -69,7 +65,7 @@ pub(super) fn column(taken: &ColumnTaken) -> String {
 fn time_source(source: Option<&TimeSource>) -> String {
     match source {
         Some(TimeSource::Column(taken)) => column(taken),
-        Some(TimeSource::Intervals(taken)) => format!("{}, added up", column(taken)),
+        Some(TimeSource::Intervals(taken)) => format!("{}, summed", column(taken)),
         Some(TimeSource::Rate(rate)) => format!("{} samples per second", plain(*rate, 6, "")),
         _ => "as the file says".to_owned(),
     }
@@ -118,9 +114,8 @@ pub(super) fn clock(report: &ClockReport) -> Option<String> {
     }
     if let Some(gap) = &report.longest_gap {
         said.push(format!(
-            "{} {} {} from {} on",
-            report.gaps,
-            if report.gaps == 1 { "gap," } else { "gaps, the longest" },
+            "{} of {} at {}",
+            if report.gaps == 1 { "1 gap".to_owned() } else { format!("{} gaps, the longest", report.gaps) },
             plain(gap.length_s, 3, "s"),
             instant(gap.start_s, 100.0 * gap.length_s)
         ));

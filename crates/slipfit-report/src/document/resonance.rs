@@ -11,7 +11,7 @@ use crate::{AnalysedCurve, Sentence, plot};
 use slipfit::answer::hint::Spelling;
 use slipfit::resonance::{Answer, DriveSource, Method, RunDirection};
 use slipfit::{Parameter, Quantity};
-use slipfit_io::{Skipped, SweepReading};
+use slipfit_io::SweepReading;
 use std::fmt::Write as _;
 
 /// Reduced chi square above which the forces do not lie on a straight line.
@@ -217,9 +217,8 @@ fn read_line(reading: &SweepReading, spell: Spelling<'_>) -> String {
     let what = if report.records.is_empty() { "row" } else { "record" };
     let mut text = format!("{}: {}", report.path, counted(report.rows_read, what));
     if !report.skipped.is_empty() {
-        let reason = |s: &Skipped| format!("{} {}, first in row {}", s.rows, s.reason, s.first_row);
-        let _ =
-            write!(text, "; skipped {}", report.skipped.iter().map(reason).collect::<Vec<_>>().join("; "));
+        let reasons: Vec<String> = report.skipped.iter().map(ToString::to_string).collect();
+        let _ = write!(text, "; skipped {}", reasons.join("; "));
     }
     let runs = reading.curve.runs();
     if runs.len() > 1 || runs.iter().any(|r| r.direction != RunDirection::Up) {

@@ -93,7 +93,7 @@ fn facts(analysed: &AnalysedRingdown<'_>, spell: Spelling<'_>) -> Facts {
         analysed.reading.named_frequency_hz().filter(|f| analysed.options.frequency_hz == Some(*f))
     {
         let named = format!(
-            "frequency {} as the file's first lines name it ({} overrides)",
+            "frequency {}, as stated in the first lines of the file ({} overrides it)",
             plain(f, 6, "Hz"),
             spell("frequency_hz", None)
         );

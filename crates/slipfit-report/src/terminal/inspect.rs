@@ -44,7 +44,8 @@ pub fn inspect(inspected: &Inspected<'_>, spell: Spelling<'_>) -> String {
         text += &one_table(table, tables.tables.len() > 1);
     }
     if tables.tables.len() > MOST_TABLES {
-        text += &labelled("", &format!("and {} further tables", tables.tables.len() - MOST_TABLES));
+        let further = (tables.tables.len() - MOST_TABLES) as u64;
+        text += &labelled("", &format!("and {}", reading::counted(further, "further table")));
     }
     if !inspected.lines.is_empty() {
         text.push('\n');
@@ -152,8 +153,12 @@ fn one_table(table: &Table, several: bool) -> String {
         [Align::Right, Align::Left, Align::Left, Align::Right, Align::Right, Align::Right, Align::Right];
     let first = if table.cut { "first " } else { "" };
     let rate = table.rate_hz.map(|r| format!(", {}", plain(r, 6, "Hz"))).unwrap_or_default();
-    let counted = format!("{first}{} rows, {} columns{rate}", table.rows(), table.columns.len());
-    let title = if several { format!("`{}`: {counted}", table.name) } else { counted };
+    let (rows_held, columns_held) = (
+        reading::counted(table.rows() as u64, "row"),
+        reading::counted(table.columns.len() as u64, "column"),
+    );
+    let size = format!("{first}{rows_held}, {columns_held}{rate}");
+    let title = if several { format!("`{}`: {size}", table.name) } else { size };
     let mut text = labelled("table", &title);
     for (i, line) in columns(&rows, &align).iter().enumerate() {
         let line = clipped(line, WIDTH - 4);
@@ -167,7 +172,8 @@ fn one_table(table: &Table, several: bool) -> String {
         }
     }
     if table.columns.len() > MOST_COLUMNS {
-        let _ = writeln!(text, "    and {} further columns", table.columns.len() - MOST_COLUMNS);
+        let further = (table.columns.len() - MOST_COLUMNS) as u64;
+        let _ = writeln!(text, "    and {}", reading::counted(further, "further column"));
     }
     text
 }

@@ -92,13 +92,8 @@ fn from_file(reading: Reading) -> Result<Wave, Failure> {
     let mut times = record.times_s(0..samples);
     let mut values = record.signal().to_vec();
     // Of repeated time stamps the later sample is used: a drive has one value at a time.
-    let mut warnings: Vec<String> = report
-        .skipped
-        .iter()
-        .map(|s| {
-            format!("{}: {} rows left out, first in row {}: {}", report.path, s.rows, s.first_row, s.reason)
-        })
-        .collect();
+    let mut warnings: Vec<String> =
+        report.skipped.iter().map(|skipped| format!("{}: skipped {skipped}", report.path)).collect();
     let keep: Vec<bool> = (0..samples).map(|i| i + 1 == samples || times[i] < times[i + 1]).collect();
     let doubled = keep.iter().filter(|k| !**k).count();
     if doubled > 0 {

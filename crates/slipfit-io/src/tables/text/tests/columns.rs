@@ -14,7 +14,7 @@ fn columns_are_taken_by_name_number_or_part_of_a_name() {
     let ask = |wanted: &str| error(&text, &ReadOptions { signal: Some(wanted.into()), ..Default::default() });
     assert_eq!(
         ask("gamma").0,
-        "file.csv: signal = gamma: no such column; there are column 1 `t (s)`, column 2 `alpha (rad)`, column 3 `beta angle (rad)`"
+        "file.csv: signal = gamma: no such column; the columns are column 1 `t (s)`, column 2 `alpha (rad)`, column 3 `beta angle (rad)`"
     );
     assert_eq!(
         ask("rad").0,
@@ -86,6 +86,10 @@ fn lock_in_outputs_are_read_as_a_pair() {
         let quadrature = reading.record.quadrature().unwrap();
         assert!(quadrature.iter().zip(reading.record.signal()).all(|(q, x)| *q == 2.0 * x), "{header}");
     }
+    let lock_in = ReadOptions { kind: Some(SignalKind::LockIn), ..Default::default() };
+    let (said, hint) = error(table_of("t (s),x (V)\n", 40, |_, t, x| format!("{t},{x}")), &lock_in);
+    assert!(said.contains("no column could be the Y output of the lock-in; the file has column 1"), "{said}");
+    assert!(hint.contains("quadrature names the Y output"), "{hint}");
     let reading =
         read(table_of("t (s),R (V),Theta (deg)\n", 40, |i, t, x| format!("{t},{},{i}", x.abs() + 0.1)));
     assert_eq!((reading.record.kind(), signal(&reading).column.number), (SignalKind::Envelope, 2));
@@ -147,7 +151,7 @@ fn tables_side_by_side_and_runs_in_groups_are_chosen() {
     assert!(first.report.notes.iter().any(|n| n.hints[0].option == Some("part")));
     let table = |n| ReadOptions { part: Some(n), ..Default::default() };
     assert_is_ring(&read_with(&text, &table(2)).unwrap(), 40);
-    assert_eq!(error(&text, &table(3)).0, "file.csv: part = 3: the file has 2");
+    assert_eq!(error(&text, &table(3)).0, "file.csv: part = 3: the file has only 2");
     for header in [
         "t1,theta1,omega1,t2,theta2,omega2\n",
         "Time (s) Run #1,Angle (rad) Run #1,v (rad/s) Run #1,Time (s) Run #2,Angle (rad) Run #2,v (rad/s) Run #2\n",
@@ -173,7 +177,7 @@ fn a_rate_stands_for_a_time_column_and_a_missing_one_is_asked_for() {
         if i == 30 { "--".into() } else { format!("{x:.3}").replace('.', ",") }
     });
     let (message, hint) = error(&text, &ReadOptions::default());
-    assert_eq!(message, "file.csv: no column of times among column 1 `Position (mm) Run #1`");
+    assert_eq!(message, "file.csv: no column of times; the file has column 1 `Position (mm) Run #1`");
     assert!(hint.starts_with("rate_hz"), "{hint}");
     let rated = ReadOptions { rate_hz: Some(16.0), ..Default::default() };
     let reading = read_with(&text, &rated).unwrap();
@@ -199,7 +203,7 @@ fn names_that_do_not_fit_the_columns_give_way_to_the_numbers() {
     );
     let reading = read(table_of("time,angle\n", 60, |_, t, x| format!("{x},{t}")));
     assert_eq!(time_column(&reading), 2);
-    let note = "column 1 `time` is named like a time but does not go up; column 2 `angle` does";
+    let note = "column 1 `time` is named like a time but does not increase; column 2 `angle` does";
     assert_eq!(self::note(&reading, 0), note);
 }
 

@@ -205,6 +205,9 @@ fn rows_without_a_sample_are_counted_by_reason_with_their_first_row() {
             want("blank line", 1, 52),
         ]
     );
+    let said: Vec<String> = reading.report.skipped.iter().map(ToString::to_string).collect();
+    assert_eq!(said[0], "2 rows (no value in column 2), the first in row 12");
+    assert_eq!(said[1], "row 32 (row ends before column 2)");
     assert_eq!(reading.report.rows_read, 54);
     assert_eq!(reading.report.rows_read + reading.report.rows_skipped(), 60);
 }
@@ -219,16 +222,16 @@ fn bad_files_are_refused_with_a_reason_and_a_way_out() {
         message(b"hello\nworld\n"),
         "file.csv: no table of numbers in the first 2 lines; the first line reads `hello`"
     );
-    assert!(message(b"t,x\n0,1\n").ends_with("column 2 `x`: usable rows 1, needed at least 8"));
+    assert!(message(b"t,x\n0,1\n").ends_with("column 2 `x` has only 1 usable row; at least 8 are needed"));
     let nan = table_of("t,x\n", 40, |_, t, _| format!("{t},NaN"));
     assert_eq!(
         message(nan.as_bytes()),
-        "file.csv: no column could be the signal among column 1 `t`, column 2 `x`"
+        "file.csv: no column could be the signal; the file has column 1 `t`, column 2 `x`"
     );
     let blank = table_of("t,x\n", 40, |i, t, x| if i > 4 { format!("{t},") } else { format!("{t},{x}") });
     assert_eq!(
         message(blank.as_bytes()),
-        "file.csv: column 2 `x`: usable rows 5, needed at least 8; left out: no value in column 2 (row 7 and others)"
+        "file.csv: column 2 `x` has only 5 usable rows; at least 8 are needed; left out: no value in column 2 (row 7 and others)"
     );
     let constant = table_of("t,x\n", 40, |_, t, _| format!("{t},0.5"));
     assert_eq!(message(constant.as_bytes()), "file.csv: column 2 `x` is constant (0.5): nothing oscillates");
@@ -284,7 +287,7 @@ fn each_run_of_a_file_that_starts_again_can_be_asked_for() {
         assert!(note(&reading, 1).ends_with(&said), "{:?}", reading.report.notes);
     }
     for none in [0, 4] {
-        assert_eq!(of(none).unwrap_err().to_string(), format!("file.csv: run = {none}: the file has 3"));
+        assert_eq!(of(none).unwrap_err().to_string(), format!("file.csv: run = {none}: the file has only 3"));
     }
 }
 
@@ -292,10 +295,10 @@ fn each_run_of_a_file_that_starts_again_can_be_asked_for() {
 fn a_run_that_is_not_there_is_refused_with_and_without_times() {
     let second = ReadOptions { run: Some(2), ..Default::default() };
     let timed = table_of("t,x\n", 40, |_, t, x| format!("{t},{x}"));
-    assert_eq!(error(&timed, &second).0, "file.csv: run = 2: the file has 1");
+    assert_eq!(error(&timed, &second).0, "file.csv: run = 2: the file has only 1");
     let rated = ReadOptions { rate_hz: Some(16.0), ..second };
     let bare = table_of("x\n", 40, |_, _, x| x.to_string());
-    assert_eq!(error(&bare, &rated).0, "file.csv: run = 2: the file has 1");
+    assert_eq!(error(&bare, &rated).0, "file.csv: run = 2: the file has only 1");
     let first = ReadOptions { run: Some(1), ..rated };
     assert_is_ring(&read_with(&bare, &first).unwrap(), 40);
 }
@@ -307,7 +310,7 @@ fn rows_with_words_beside_their_numbers_are_read() {
     assert_eq!(signal(&reading).column.number, 3);
     let clock = table_of("time,angle\n", 40, |i, _, x| format!("noon and {i},{x}"));
     let (message, hint) = error(&clock, &ReadOptions::default());
-    assert_eq!(message, "file.csv: no column of times among column 1 `time`, column 2 `angle`");
+    assert_eq!(message, "file.csv: no column of times; the file has column 1 `time`, column 2 `angle`");
     assert!(hint.starts_with("rate_hz"));
 }
 
