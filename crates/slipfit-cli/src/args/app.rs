@@ -6,7 +6,7 @@ use std::path::PathBuf;
 const AFTER_HELP: &str = "\
 Examples:
   slipfit app
-      the page that drops, records, simulates and answers, in the browser of this machine
+      the page in the browser of this machine: open, record or simulate, and analyse
   slipfit app swing.csv sweep.csv
       the same, with these files answered in it";
 

@@ -56,8 +56,8 @@ pub(crate) struct ReadingArgs {
     #[arg(long, value_name = "N", value_parser = count, help_heading = "Reading")]
     pub(crate) run: Option<usize>,
 
-    /// Maximum number of samples held; longer records are averaged while they are read (33554432, half a
-    /// gigabyte)
+    /// Maximum number of samples held; longer records are averaged while they are read (default
+    /// 33554432, half a gigabyte)
     #[arg(long, value_name = "N", value_parser = count, help_heading = "Reading")]
     pub(crate) most_samples: Option<usize>,
 }

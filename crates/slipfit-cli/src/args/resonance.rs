@@ -84,29 +84,31 @@ pub(crate) struct ResonanceAnalysisArgs {
     #[arg(long, num_args = 2, value_names = ["LO", "HI"], help_heading = "Analysis")]
     band: Option<Vec<Positive>>,
 
-    /// A constant complex background (crosstalk, feed-through): on, off; as needed unless given
+    /// A constant complex background (crosstalk, feed-through): on or off; if not given, fitted if the
+    /// data need it
     #[arg(long, value_enum, value_name = "WHEN", hide_possible_values = true, help_heading = "Analysis")]
     background: Option<Switch>,
 
-    /// A delay of the signal chain: on, off; as needed unless given
+    /// A delay of the signal chain: on or off; if not given, fitted if the data need it
     #[arg(long, value_enum, value_name = "WHEN", hide_possible_values = true, help_heading = "Analysis")]
     delay: Option<Switch>,
 
-    /// A constant offset of every amplitude of a curve without phases (zero of the detector): on, off; as needed
-    /// unless given
+    /// A constant offset of every amplitude of a curve without phases (zero of the detector): on or off; if
+    /// not given, fitted if the data need it
     #[arg(long, value_enum, value_name = "WHEN", hide_possible_values = true, help_heading = "Analysis")]
     amplitude_offset: Option<Switch>,
 
     /// A noise floor added in quadrature to every amplitude of a curve without phases (spectrum analyser, rms):
-    /// on, off; as needed unless given
+    /// on or off; if not given, fitted if the data need it
     #[arg(long, value_enum, value_name = "WHEN", hide_possible_values = true, help_heading = "Analysis")]
     noise_floor: Option<Switch>,
 
-    /// A constant phase offset: on, off; on unless given
+    /// A constant phase offset: on or off; on unless given
     #[arg(long, value_enum, value_name = "WHEN", hide_possible_values = true, help_heading = "Analysis")]
     phase_offset: Option<Switch>,
 
-    /// A frequency that depends on the amplitude (Duffing): on, off; as needed unless given
+    /// A frequency that depends on the amplitude (Duffing): on or off; if not given, fitted if the data
+    /// need it
     #[arg(long, value_enum, value_name = "WHEN", hide_possible_values = true, help_heading = "Analysis")]
     duffing: Option<Switch>,
 }

@@ -91,8 +91,8 @@ pub(crate) struct RingdownAnalysisArgs {
     #[arg(long, help = model_help(false), value_name = "NAME", help_heading = "Analysis")]
     model: Option<Loss>,
 
-    /// Also draw the loss against amplitude without a model, with its confidence band: free, or rising if the
-    /// loss grows with the amplitude
+    /// Also draw the loss against amplitude without a model, with its confidence band: free, or rising to require
+    /// a loss that grows with the amplitude
     #[arg(long, value_name = "LAW", help_heading = "Analysis")]
     law: Option<Law>,
 

@@ -14,6 +14,7 @@ Where the shells look for them:
 
 /// Shell completions of commands and options.
 #[derive(Debug, Args)]
+#[command(long_about = "Shell completions of commands and options.")]
 #[command(after_help = COMPLETIONS_HELP, after_long_help = COMPLETIONS_HELP)]
 pub(crate) struct CompletionsArgs {
     /// The shell

@@ -7,6 +7,7 @@ use std::path::PathBuf;
 
 /// Simulated records of the exact motion, to test an analysis or plan a measurement.
 #[derive(Debug, Args)]
+#[command(long_about = "Simulated records of the exact motion, to test an analysis or plan a measurement.")]
 pub(crate) struct SimulateArgs {
     #[command(subcommand)]
     pub(crate) command: SimulateCommand,
