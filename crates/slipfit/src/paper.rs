@@ -268,8 +268,8 @@ fn proportionality() -> Result<Statement, Error> {
     Ok(Statement {
         place: "eq. (14), a ≈ 4/3",
         printed: "a is the constant 4/3",
-        holds: "a runs with β and with the window fitted; fit the series (or the exact curve) instead",
-        case: "Q = 50; Lorentzian fitted to the exact curve and inverted; against it the series of 300 terms fitted",
+        holds: "a varies with β and with the window fitted; fit the series (or the exact curve) instead",
+        case: "Q = 50; Lorentzian fitted to the exact curve and inverted; compared with the fitted series of 300 terms",
         measures,
     })
 }

@@ -38,11 +38,11 @@ fn write_page(
         env!("CARGO_PKG_VERSION")
     )?;
     writeln!(text, "## Where the printed text does not hold\n")?;
-    writeln!(text, "| where | printed | holds |\n|---|---|---|")?;
+    writeln!(text, "| where | printed | correct |\n|---|---|---|")?;
     for s in statements {
         writeln!(text, "| {} | {} | {} |", cell(s.place), cell(s.printed), cell(s.holds))?;
     }
-    writeln!(text, "\n## What it costs\n")?;
+    writeln!(text, "\n## Size of the errors\n")?;
     writeln!(
         text,
         "| where | case | quantity | exact | printed | error | corrected | error |\n|---|---|---|---|---|---|---|---|"
