@@ -18,7 +18,7 @@ pub(crate) const WARNED: u8 = 1;
 pub(crate) const FAILED: u8 = 2;
 
 /// The error of `slipfit app` in a program without the page, and the hint for it.
-pub(crate) const WITHOUT_PAGE: &str = "this slipfit was built without the page of the browser";
+pub(crate) const WITHOUT_PAGE: &str = "this slipfit was built without the browser page";
 pub(crate) const BUILD_PAGE: &str = "`cargo xtask web` builds the page into target/site; SLIPFIT_SITE names that \
     folder where slipfit is built with --features app";
 

@@ -87,11 +87,11 @@ impl Analysed {
 /// An option without effect is an error, as on a command line.
 fn check_used(reading: &Reading, options: &ringdown::Options, chosen: &Options) -> Result<(), Refusal> {
     let amplitudes = matches!(reading.record.kind(), SignalKind::Envelope | SignalKind::LockIn);
-    if let Some(f) = options.frequency_hz.filter(|_| !amplitudes) {
-        return Err(Refusal::new(format!(
-            "frequency {f} Hz: only for a record of amplitudes; this one oscillates and has its own \
-             frequency. A band says where to look for it"
-        )));
+    if options.frequency_hz.is_some() && !amplitudes {
+        return Err(Refusal::new(
+            "a frequency is only for records of amplitudes; that of this one is fitted. A band limits the \
+             frequencies",
+        ));
     }
     let has_sheet = chosen.of(Analysis::Ringdown).any(|(name, _)| name == "sheet");
     if has_sheet && reading.report.format == Format::Text {

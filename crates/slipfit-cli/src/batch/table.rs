@@ -28,8 +28,11 @@ impl Form {
             Some("md") => Ok(Self::Markdown),
             Some("tex") => Ok(Self::Latex),
             Some("parquet") => Ok(Self::Parquet),
-            _ => Err(Failure::new(format!("--table {}: unknown ending", path.display()))
-                .hint("a table is written as .csv, .json, .md, .tex or .parquet")),
+            _ => Err(Failure::new(format!(
+                "--table {}: no table format with this extension is known",
+                path.display()
+            ))
+            .hint("a table is written as .csv, .json, .md, .tex or .parquet")),
         }
     }
 

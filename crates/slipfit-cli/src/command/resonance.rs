@@ -93,10 +93,10 @@ pub(crate) fn prepare(
         let factor = slipfit_io::unit_factor(&from, to).ok_or_else(|| {
             let of = if to.is_empty() { "in no known unit".to_owned() } else { format!("in `{to}`") };
             Failure::new(format!(
-                "--drive-amplitude is in `{from}`, the response of {} {of}",
+                "--drive-amplitude is in `{from}`, the response of {} {of}: they cannot be compared",
                 reading.report.path
             ))
-            .hint("--unit says what the response is in; without a unit the drive amplitude is in that of the response")
+            .hint("--unit gives the unit of the response; a drive amplitude without a unit has that unit")
         })?;
         (drive.value, drive.std_error) = (drive.value * factor, drive.std_error * factor);
     }

@@ -82,7 +82,7 @@ fn analyse_file(file: &Path, args: &RingdownArgs) -> Result<Done, Failure> {
         let (name, held) = (file.display(), held.len());
         return Err(match &args.glob {
             Some(pattern) => Failure::new(format!("{name}: --glob {pattern}: matches none of {held} files")),
-            None => Failure::new(format!("{name}: the folder holds no files")),
+            None => Failure::new(format!("{name}: the folder contains no files")),
         });
     }
     analyse_reading(slipfit_io::read(file, &args.reading.options())?, args)
@@ -103,11 +103,11 @@ fn analyse_reading(reading: Reading, args: &RingdownArgs) -> Result<Done, Failur
 /// A flag that would have no effect is an error.
 fn check_flags(reading: &Reading, args: &RingdownArgs) -> Result<(), Failure> {
     let amplitudes = matches!(reading.record.kind(), SignalKind::Envelope | SignalKind::LockIn);
-    if let Some(f) = args.options().frequency_hz.filter(|_| !amplitudes) {
-        return Err(Failure::new(format!(
-            "--frequency-hz {f}: only for a record of amplitudes; this one oscillates and has its own frequency"
-        ))
-        .hint("--band says where to look for it"));
+    if args.options().frequency_hz.is_some() && !amplitudes {
+        return Err(Failure::new(
+            "--frequency-hz is only for records of amplitudes; the frequency of this one is fitted",
+        )
+        .hint("--band limits the frequencies"));
     }
     if let Some(sheet) = args.reading.sheet.as_ref().filter(|_| reading.report.format == Format::Text) {
         return Err(Failure::new(format!("--sheet {}: a text file has no sheets", sheet.0))

@@ -115,13 +115,13 @@ fn scale(entry: &Entry, input: &mut Input, unit: &str) -> Result<f64, Failure> {
         return Ok(scale);
     }
     if input.unit.is_empty() && !unit.is_empty() {
-        input.notes.push(format!(
-            "no unit is named: its numbers were taken as {unit}; unit or scale says otherwise"
-        ));
+        input
+            .notes
+            .push(format!("no unit is named: its numbers were taken as {unit}; unit or scale gives another"));
         return Ok(1.0);
     }
     DisplacementUnit::factor(&input.unit, unit).map_err(|_| {
-        Failure::new(format!("{}: it is in `{}`, the series in `{unit}`", entry.name, input.unit))
-            .hint("scale = gives the factor between the two, unit = says what the file is in")
+        Failure::new(format!("{}: its unit is `{}`, that of the series `{unit}`", entry.name, input.unit))
+            .hint("the key scale gives the factor, the key unit the unit of the file")
     })
 }

@@ -37,7 +37,7 @@ pub(crate) fn plot_target(
 ) -> Result<Option<(Target, Format)>, Failure> {
     let Some(path) = &out.plot else { return Ok(None) };
     let format = Format::of(path).ok_or_else(|| {
-        Failure::new(format!("--plot {}: no known picture format has that ending", path.display()))
+        Failure::new(format!("--plot {}: no picture format with this extension is known", path.display()))
             .hint("name the file .svg or .png")
     })?;
     Ok(Some((outputs.add("--plot", path)?, format)))

@@ -160,7 +160,7 @@ pub(crate) fn read(path: &Path) -> Result<Manifest, Failure> {
     let text = std::fs::read_to_string(path).map_err(|e| Failure::new(format!("{}: {e}", path.display())))?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let manifest = parse(&text, folder).map_err(|problem| {
-        Failure::new(format!("{}: {}", path.display(), problem.in_text(&text))).hint("https://github.com/slipfit/slipfit/blob/main/docs/series.md and slipfit help series say what a manifest holds")
+        Failure::new(format!("{}: {}", path.display(), problem.in_text(&text))).hint("https://github.com/slipfit/slipfit/blob/main/docs/series.md and slipfit help series describe the manifest")
     })?;
     let digest = Sha256::digest(text.as_bytes());
     Ok(Manifest { sha256: digest.iter().map(|byte| format!("{byte:02x}")).collect(), ..manifest })
@@ -219,7 +219,7 @@ fn parse(text: &str, folder: &Path) -> Result<Manifest, Problem> {
 
 /// The tables `[[measurement]]`.
 fn measurements(written: Option<Spanned<DeValue<'_>>>) -> Result<Vec<Keys<'_>>, Problem> {
-    let Some(written) = written else { return Err(Problem::new("no [[measurement]] stands in it", 0)) };
+    let Some(written) = written else { return Err(Problem::new("it contains no [[measurement]]", 0)) };
     let at = written.span().start;
     let wrong = |at| Problem::new("measurement: a table for each, [[measurement]]", at);
     let DeValue::Array(list) = written.into_inner() else { return Err(wrong(at)) };
@@ -323,7 +323,9 @@ fn entry(mut keys: Keys<'_>, number: usize, folder: &Path, unit: &str) -> Result
             let meant = meant.map(|(key, meant)| format!("`{key}`: did you mean `{meant}`?"));
             let named = || keys.names_file().map(|key| format!("`{key}` does not say of what the file is"));
             let said = meant.or_else(named).map(|said| format!("; {said}")).unwrap_or_default();
-            return Err(here(format!("one of ringdown, sweep and levels names its file{said}")));
+            return Err(here(format!(
+                "the file is missing: give one of the keys ringdown, sweep or levels{said}"
+            )));
         }
         _ => return Err(here("ringdown, sweep and levels exclude each other".to_owned())),
     };

@@ -143,8 +143,9 @@ impl Outputs {
         folder: &Path,
         names: impl IntoIterator<Item = &'a str>,
     ) -> Result<Folder, Failure> {
-        fs::create_dir_all(folder)
-            .map_err(|e| Failure::new(format!("--out {}: cannot be made: {e}", folder.display())))?;
+        fs::create_dir_all(folder).map_err(|e| {
+            Failure::new(format!("--out {}: the folder cannot be created: {e}", folder.display()))
+        })?;
         let mut targets = BTreeMap::new();
         for name in names {
             targets.insert(name.to_owned(), self.add("--out", &folder.join(name))?);

@@ -145,7 +145,7 @@ fn a_picture_needs_a_known_ending() {
         .unwrap();
     assert_eq!(output.status.code(), Some(2));
     insta::assert_snapshot!(String::from_utf8(output.stderr).unwrap(), @r"
-    error: --plot a.pdf: no known picture format has that ending
+    error: --plot a.pdf: no picture format with this extension is known
       hint: name the file .svg or .png
     ");
 }
@@ -404,7 +404,7 @@ fn runs_one_after_the_other_are_chosen_by_number() {
     }
     assert_eq!(
         complaint(folder.path(), &["runs.csv", "--run", "4"]),
-        "error: runs.csv: --run 4: the file has 3\n"
+        "error: runs.csv: --run 4: the file has only 3\n"
     );
     let told = stdout(slipfit().current_dir(folder.path()).args(["inspect", "runs.csv"]));
     let told = told.split_whitespace().collect::<Vec<_>>().join(" ");
@@ -467,7 +467,7 @@ fn messages_fit_the_screen_and_hang_behind_their_label() {
     let said = String::from_utf8(output.stderr).unwrap();
     let words: Vec<&str> = said.split_whitespace().collect();
     assert!(
-        words.join(" ").contains("no column of times among column 1 `x (rad)` hint: --rate-hz"),
+        words.join(" ").contains("no column of times; the file has column 1 `x (rad)` hint: --rate-hz"),
         "{said}"
     );
     // A name is never broken, but the text after it is.
@@ -484,7 +484,7 @@ fn a_flag_that_would_change_nothing_is_refused() {
     let folder = folder_with("swing.csv", &table("t (s),angle (rad)", rows));
     for (flags, word) in [
         (["--min-amplitude", "5"], "the decay already begins at"),
-        (["--frequency-hz", "7"], "only for a record of amplitudes"),
+        (["--frequency-hz", "7"], "only for records of amplitudes"),
         (["--sheet", "foo"], "a text file has no sheets"),
         (["--torsion-stiffness", "-3"], "must be above zero"),
         (["--table", "nowhere/table.csv"], "there is no folder nowhere"),
@@ -508,7 +508,7 @@ fn an_empty_folder_is_called_so() {
     let output = slipfit().arg("resonance").arg(folder.path()).output().unwrap();
     let said = String::from_utf8(output.stderr).unwrap();
     assert!(
-        said.split_whitespace().collect::<Vec<_>>().join(" ").contains("the folder holds no files"),
+        said.split_whitespace().collect::<Vec<_>>().join(" ").contains("the folder contains no files"),
         "{said}"
     );
 }

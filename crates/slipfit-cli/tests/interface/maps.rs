@@ -315,7 +315,7 @@ fn pixels_with_warnings_do_not_speak_for_the_map() {
     command.arg("map").arg(&path).args(["--dt", "0.02", "--plot"]).arg(&plot);
     let said = stdout(&mut command);
     assert!(said.contains("4 done, 2 warned"), "{said}");
-    assert!(said.contains("of the 4 pixels without a warning:"), "{said}");
+    assert!(said.contains("in the 4 pixels without a warning:"), "{said}");
     assert!(said.contains("misfit"), "{said}");
     let svg = fs::read_to_string(plot).unwrap();
     // The noise pixel, in the images of both losses.

@@ -332,7 +332,7 @@ fn what_is_missing_or_too_much_is_named_by_its_flags() {
             "--frequency-hz 1 --coulomb-force 1",
             "a friction force needs --mass or --stiffness; --friction-displacement needs neither",
         ),
-        ("--mass 1", "--frequency-hz is missing, or both --mass and --stiffness"),
+        ("--mass 1", "the oscillator is not determined: give --frequency-hz"),
     ] {
         let text = refusal(&format!("decay {args} {rest}"));
         assert!(text.contains(said), "{args}: {text}");
@@ -514,7 +514,7 @@ fn friction_that_differs_by_direction_shifts_the_rest_and_the_middle() {
     assert!((lost / (2.0 * 0.035 * 10.0) - 1.0).abs() < 0.01, "{lost}");
     for (more, said) in [
         ("--static-displacement-minus 0.01", "--static-displacement-minus = 0.01 "),
-        ("--static-force-minus 1", "no stiffness"),
+        ("--static-force-minus 1", "needs a stiffness"),
         ("--friction-displacement-minus -1", "negative"),
     ] {
         let args =

@@ -30,11 +30,9 @@ pub(crate) fn ringdown_answer(
     let mut options = choices.options(py)?;
     let reading = Arc::clone(&record.reading);
     options.calibration = constants.calibration(py, reading.record.unit())?;
-    if let Some(f) = options.frequency_hz.filter(|_| reading.record.kind().oscillates()) {
-        let message = format!(
-            "frequency_hz={f}: only for a record of amplitudes; this one oscillates and has its own frequency; \
-             band_hz says where to look for it"
-        );
+    if options.frequency_hz.is_some() && reading.record.kind().oscillates() {
+        let message = "frequency_hz is only for records of amplitudes; the frequency of this one is fitted; band_hz \
+                       limits the frequencies";
         return Err(option_error(py, "frequency_hz", message));
     }
     options.frequency_hz = options.frequency_hz.or_else(|| reading.named_frequency_hz());

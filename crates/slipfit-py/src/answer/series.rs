@@ -115,13 +115,13 @@ pub(crate) fn series_answer(
             Some(scale) => scale,
             None if input.unit.is_empty() && !unit.is_empty() => {
                 input.notes.push(format!(
-                    "no unit is named: its numbers were taken as {unit}; unit or scale says otherwise"
+                    "no unit is named: its numbers were taken as {unit}; unit or scale gives another"
                 ));
                 1.0
             }
             None => DisplacementUnit::factor(&input.unit, &unit).map_err(|_| {
                 let message = format!(
-                    "{}: it is in `{}`, the series in `{unit}`; scale gives the factor between the two",
+                    "{}: its unit is `{}`, that of the series `{unit}`; scale gives the factor",
                     measurement.name, input.unit
                 );
                 option_error(py, "scale", message)

@@ -136,13 +136,14 @@ impl Map<'_> {
         };
         let chance = InferenceCriteria::default().detected;
         text += &format!(
-            "  sliding friction detected in {detected}{warned_part} (by chance in one of {:.0})\n",
+            "  sliding friction detected in {}{warned_part} (expected by chance: 1 in {:.0})\n",
+            pixels(detected),
             1.0 / chance
         );
         let sound = warned.iter().filter(|warned| !**warned).count();
         let apart = sound < warned.len() && sound > 0;
         if apart {
-            text += &format!("  of the {sound} pixels without a warning:\n");
+            text += &format!("  in the {} without a warning:\n", pixels(sound));
         }
         for (name, words, unit) in self.shown() {
             let counts = |i: usize| !apart || warned.get(i) == Some(&false);
@@ -164,7 +165,7 @@ impl Map<'_> {
         let mut reasons: Vec<(&str, usize)> = reasons.into_iter().collect();
         reasons.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
         for (reason, count) in reasons.iter().take(MOST_REASONS) {
-            text += &format!("  {count}: {reason}\n");
+            text += &format!("  {}: {reason}\n", pixels(*count));
         }
         if let Some(others) = reasons.len().checked_sub(MOST_REASONS).filter(|others| *others > 0) {
             text += &format!("  and {others} more reasons: --table has all of them\n");
@@ -175,5 +176,11 @@ impl Map<'_> {
 
 /// Warnings that make the numbers of a pixel meaningless.
 const UNDETERMINED: [&str; 2] = ["not_converged", "not_separable"];
+
+/// `1 pixel`, `2 pixels`.
+fn pixels(count: usize) -> String {
+    if count == 1 { "1 pixel".to_owned() } else { format!("{count} pixels") }
+}
+
 /// Maximum number of reasons that are listed.
 const MOST_REASONS: usize = 8;

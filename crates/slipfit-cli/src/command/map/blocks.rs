@@ -40,8 +40,9 @@ impl Blocks {
         outputs: &mut Outputs,
         force: bool,
     ) -> Result<Self, Failure> {
-        fs::create_dir_all(folder)
-            .map_err(|e| Failure::new(format!("--resume {}: cannot be made: {e}", folder.display())))?;
+        fs::create_dir_all(folder).map_err(|e| {
+            Failure::new(format!("--resume {}: the folder cannot be created: {e}", folder.display()))
+        })?;
         let mut targets = BTreeMap::new();
         for rows in rows {
             let path = folder.join(format!("rows-{}-{}.arrow", rows.start, rows.end));

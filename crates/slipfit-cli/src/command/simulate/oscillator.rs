@@ -53,7 +53,7 @@ pub(super) fn oscillator(
 pub(super) fn friction(args: &MinusArgs, o: &Oscillator, unit: &str) -> Result<Friction, Failure> {
     let over_stiffness = |flag: &str, displacement: Option<f64>, force: Option<f64>| match force {
         None => Ok(displacement),
-        Some(f) => under_force(o, unit, f, flag, "--stiffness or --mass gives it one").map(Some),
+        Some(f) => under_force(o, unit, f, flag, "--stiffness or --mass gives it").map(Some),
     };
     let kinetic =
         over_stiffness("--coulomb-force-minus", args.friction_displacement_minus, args.coulomb_force_minus)?;
@@ -80,14 +80,12 @@ pub(super) fn friction(args: &MinusArgs, o: &Oscillator, unit: &str) -> Result<F
 /// The displacement equivalent to a force given by a flag, in the unit of displacements.
 fn under_force(o: &Oscillator, unit: &str, force: f64, flag: &str, hint: &str) -> Result<f64, Failure> {
     DisplacementUnit::of_forces(unit).map_err(in_flags)?;
-    o.displacement_under(force).ok_or_else(|| {
-        Failure::new(format!("{flag} is a force, and the oscillator has no stiffness")).hint(hint)
-    })
+    o.displacement_under(force).ok_or_else(|| Failure::new(format!("{flag} needs a stiffness")).hint(hint))
 }
 
 /// Amplitude `x_0` of the base, or a force over the stiffness.
 pub(super) fn base_amplitude(drive: &DriveArgs, o: &Oscillator, unit: &str) -> Result<f64, Failure> {
-    let hint = "--stiffness or --mass gives it one; --drive-amplitude drives the base instead";
+    let hint = "--stiffness or --mass gives it; --drive-amplitude drives the base instead";
     match (drive.drive_amplitude, drive.drive_force) {
         (None, Some(p)) => under_force(o, unit, p, "--drive-force", hint),
         // One of them is given: the group of arguments is required.
@@ -142,8 +140,10 @@ pub(super) fn in_flags(error: slipfit::Error) -> Failure {
             Failure::new(format!("{name} = {value} is out of range; allowed: {}", flags(range)))
         }
         slipfit::Error::MissingParameter { name: "frequency_hz", .. } => {
-            Failure::new("--frequency-hz is missing, or both --mass and --stiffness")
-                .hint("--frequency-hz, or two of --mass, --stiffness and --frequency-hz, fix the oscillator")
+            Failure::new(
+                "the oscillator is not determined: give --frequency-hz, or two of --mass, --stiffness and \
+                 --frequency-hz",
+            )
         }
         slipfit::Error::MissingParameter { .. } | slipfit::Error::ConflictingParameters { .. } => {
             let text = flags(&format!(" {error}"));
