@@ -59,8 +59,7 @@ pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
     let sliding = SlidingEvidence { detected: sliding.detected && diagnostics.law_holds, ..sliding };
     let (parameters, counted_losses) = parameters(e, chosen, omega);
     let diagnostics = Diagnostics { counted_losses, ..diagnostics };
-    let friction_stops = sliding.detected && fit.rest_s().is_some_and(|t| t < e.fit.end);
-    let stop = stop_of(e, chosen, &fit, friction_stops);
+    let stop = stop_of(e, chosen, &fit, sliding.detected);
     let mut models = candidates(comparison, |f| rms(e, f), |f| values(e, f, omega));
     // An unconstrained loss may grow beyond all numbers over a long record: such a model describes nothing.
     models.retain(|candidate| candidate.rms.is_finite() || candidate.model == chosen.model);
@@ -141,24 +140,26 @@ fn correlations(e: &Evidence, chosen: &ModelFit) -> Vec<Correlation> {
 ///
 /// Below the resolution of the converter a rest may conceal decaying oscillations as well as a stop: the
 /// fitted motion distinguishes them.
-fn stop_of(e: &Evidence, chosen: &ModelFit, fit: &FittedMotion, friction_stops: bool) -> Option<Stop> {
+fn stop_of(e: &Evidence, chosen: &ModelFit, fit: &FittedMotion, slides: bool) -> Option<Stop> {
     if e.record.kind() != SignalKind::Displacement || e.options.end_s.is_some() {
         return None;
     }
     let samples = e.samples.with_rest();
     let converter_step = samples.converter_step(e.criteria.blocks.distinct_values);
-    let rests = e.measured.window.end_reason == EndReason::Rest || e.samples.rest.is_some() && friction_stops;
+    let stops_in_window = slides && fit.rest_s().is_some_and(|t| t < e.fit.end);
+    let rests =
+        e.measured.window.end_reason == EndReason::Rest || e.samples.rest.is_some() && stops_in_window;
     let last = e.measured.points.last()?;
-    let last_turn_s = fit.rest_s().filter(|_| friction_stops);
     let middle = match &e.fit.problem {
         Problem::Waveform(_) => {
-            let offset =
-                fit.phase_at(last_turn_s.unwrap_or(e.fit.end)).map_or(last.offset, |knot| knot.offset);
+            let end_s = fit.rest_s().filter(|_| stops_in_window).unwrap_or(e.fit.end);
+            let offset = fit.phase_at(end_s).map_or(last.offset, |knot| knot.offset);
             [offset, e.fit.comparison.noise.std_error(&chosen.bounded, OFFSET)]
         }
         Problem::Envelope(_) => middle_of(&e.measured.points, e.measured.noise_rms),
     };
-    let fitted = FittedEnd { last_turn_s, middle };
+    let motion = fit.continued_to(*samples.time.last()?);
+    let fitted = FittedEnd { motion, slides, stops_in_window, middle };
     stop(&samples, e.measured, &fitted, converter_step, rests, &e.criteria.stop)
 }
 

@@ -2,6 +2,7 @@
 
 use super::Stop;
 use super::criteria::StopCriteria;
+use super::fitted::FittedMotion;
 use super::measured::MeasuredDecay;
 use super::samples::Samples;
 use crate::signal::blocks::Block;
@@ -9,10 +10,76 @@ use std::f64::consts::TAU;
 
 /// End of the motion according to a fit.
 pub(crate) struct FittedEnd {
-    /// Time of the last turning point, if friction stops the motion there.
-    pub(crate) last_turn_s: Option<f64>,
-    /// Centre of the oscillation at that time, and its standard error.
+    /// The fitted motion, continued to the end of the samples.
+    pub(crate) motion: FittedMotion,
+    /// Whether sliding friction was detected.
+    pub(crate) slides: bool,
+    /// Whether it stops the motion within the fitted window.
+    pub(crate) stops_in_window: bool,
+    /// Centre of the oscillation at the end of the motion, and its standard error.
     pub(crate) middle: [f64; 2],
+}
+
+impl FittedEnd {
+    /// Time of the last turning point, if friction stops the motion there: anywhere in the window, behind it within one
+    /// period of the end of the motion that the samples show.
+    fn last_turn_s(&self, shown_s: f64, period: f64) -> Option<f64> {
+        let near = |t: &f64| self.stops_in_window || (t - shown_s).abs() < period;
+        self.motion.rest_s().filter(|t| self.slides && near(t))
+    }
+
+    /// Whether the motion fades without friction until it disappears within a half width at a given time.
+    fn fades(&self, time_s: f64, within: f64) -> bool {
+        !self.slides && self.motion.amplitude_at(time_s) <= within
+    }
+}
+
+/// Straight line through the samples of a rest by least squares: the level of a sensor may drift.
+struct RestLine {
+    samples: f64,
+    centre_s: f64,
+    level: f64,
+    slope: f64,
+    /// Sum of the squared times from the centre.
+    spread: f64,
+    scatter: f64,
+}
+
+impl RestLine {
+    fn through(time: &[f64], signal: &[f64]) -> Self {
+        let samples = time.len() as f64;
+        let centre_s = time.iter().sum::<f64>() / samples;
+        let level = signal.iter().sum::<f64>() / samples;
+        let spread = time.iter().map(|t| (t - centre_s).powi(2)).sum::<f64>();
+        let product: f64 = time.iter().zip(signal).map(|(t, v)| (t - centre_s) * (v - level)).sum();
+        let slope = if spread > 0.0 { product / spread } else { 0.0 };
+        let mut line = Self { samples, centre_s, level, slope, spread, scatter: 0.0 };
+        line.scatter = line.scatter_of(time, signal);
+        line
+    }
+
+    /// The line, or a constant level if the slope is not significant.
+    fn drift_if_significant(mut self, errors: f64, time: &[f64], signal: &[f64]) -> Self {
+        if self.slope.abs() * self.spread.sqrt() <= errors * self.scatter {
+            self.slope = 0.0;
+            self.scatter = self.scatter_of(time, signal);
+        }
+        self
+    }
+
+    fn scatter_of(&self, time: &[f64], signal: &[f64]) -> f64 {
+        let squares: f64 = time.iter().zip(signal).map(|(t, v)| (v - self.at(*t)).powi(2)).sum();
+        (squares / self.samples).sqrt()
+    }
+
+    fn at(&self, time_s: f64) -> f64 {
+        self.level + self.slope * (time_s - self.centre_s)
+    }
+
+    fn std_error_at(&self, time_s: f64) -> f64 {
+        let lever = if self.spread > 0.0 { (time_s - self.centre_s).powi(2) / self.spread } else { 0.0 };
+        self.scatter * (1.0 / self.samples + lever).sqrt()
+    }
 }
 
 /// The rest after the last block of the decay, if the record continues and the signal stays constant.
@@ -49,11 +116,10 @@ pub(crate) fn stop(
     if tail < criteria.tail_samples || !goes_on {
         return None;
     }
-    let rest = &signal[n - tail..];
-    let position = rest.iter().sum::<f64>() / tail as f64;
-    let scatter = (rest.iter().map(|v| (v - position).powi(2)).sum::<f64>() / tail as f64).sqrt();
+    let (tail_s, tail) = (&time[n - tail..], &signal[n - tail..]);
+    let level = RestLine::through(tail_s, tail).drift_if_significant(criteria.drift_errors, tail_s, tail);
     // Samples at rest may scatter by less than their noise if the converter rounds it away.
-    let deviation = scatter.max(measured.noise_rms.min(criteria.most_deviation * scatter));
+    let deviation = level.scatter.max(measured.noise_rms.min(criteria.most_deviation * level.scatter));
     // The tail of a normal distribution is below exp(-z²/2).
     let of_all = (2.0 * ((n - last.end) as f64 / criteria.rest_chance).ln()).sqrt();
     let within = (criteria.rest_deviations.max(of_all) * deviation)
@@ -61,21 +127,22 @@ pub(crate) fn stop(
         .max(1e-9 * measured.points[0].amplitude);
     // The last block may already lie in the rest.
     let from = measured.points[measured.points.len().saturating_sub(2)].first;
-    let moving = (from..n).rev().find(|&i| (signal[i] - position).abs() > within)?;
+    let moving = (from..n).rev().find(|&i| (signal[i] - level.at(time[i])).abs() > within)?;
     if moving + 1 >= n || time[n - 1] - time[moving] < criteria.rest_periods * period {
         return None;
     }
     // A motion that stops reaches the rest within one or two swings; a fading one only falls below the noise.
     let before = time.partition_point(|&t| t < time[moving] - period);
-    let swing = signal[before..=moving].iter().map(|v| (v - position).abs()).fold(0.0, f64::max);
-    if swing < criteria.last_swing * within && !rests {
+    let swing = (before..=moving).map(|i| (signal[i] - level.at(time[i])).abs()).fold(0.0, f64::max);
+    if swing < criteria.last_swing * within && !rests || fitted.fades(time[moving] + period, within) {
         return None;
     }
-    let error = scatter / (tail as f64).sqrt();
+    let time_s = fitted.last_turn_s(time[moving + 1], period).unwrap_or(time[moving + 1]);
+    let rest = RestLine::through(&time[moving + 1..], &signal[moving + 1..]);
     Some(Stop {
-        time_s: fitted.last_turn_s.unwrap_or(time[moving + 1]),
-        position: position - middle,
-        position_std_error: error.hypot(middle_error),
+        time_s,
+        position: rest.at(time_s) - middle,
+        position_std_error: rest.std_error_at(time_s).hypot(middle_error),
         static_displacement: None,
     })
 }
@@ -95,7 +162,7 @@ mod tests {
     use crate::noise::jitter;
     use crate::ringdown::{Options, analyse};
     use crate::{Oscillator, Record};
-    use std::f64::consts::TAU;
+    use std::f64::consts::{PI, TAU};
 
     /// The last turning point and the rest position are found to a fiftieth of a period and within the
     /// errors.
@@ -120,6 +187,51 @@ mod tests {
                 assert!(off.abs() < 4.0, "{q} {noise}: {found:?} for {truth:?}");
             }
             assert!(stops >= 6, "{q} {noise}: {stops} of 8 records have a stop");
+        }
+    }
+
+    /// A level that drifts by a hundredth of the amplitude, and a rest of two cycles.
+    #[test]
+    fn the_stop_is_found_on_a_drifting_level_and_before_a_short_rest() {
+        let oscillator = Oscillator::kinematic(TAU * 1.2, TAU * 0.6 / 50.0, 0.01).expect("valid");
+        let decay = FreeDecay::from_rest(&oscillator, 0.4).expect("valid");
+        let truth = decay.stop().expect("stops");
+        for (end_s, drift) in [(60.0, 0.01), (60.0, 0.04), (truth.time_s + 2.2 / 1.2, 0.0)] {
+            let samples = (end_s * 50.0) as usize;
+            let mut stops = 0;
+            for repeat in 0..8 {
+                let at = |i: usize| {
+                    let time_s = i as f64 / 50.0;
+                    let level = drift * 0.4 * time_s / end_s;
+                    decay.displacement(time_s) + level + 4e-4 * jitter(i + samples * repeat, 12)
+                };
+                let record = Record::uniform(50.0, (0..samples).map(at).collect()).expect("valid");
+                let Some(found) = analyse(&record, &Options::default()).expect("fits").stop else { continue };
+                stops += 1;
+                assert!(
+                    (found.time_s - truth.time_s).abs() < 0.02 / 1.2,
+                    "{end_s} {drift}: {found:?} {truth:?}"
+                );
+                let off = (found.position - truth.position) / found.position_std_error;
+                assert!(off.abs() < 4.0, "{end_s} {drift}: {found:?} {truth:?}");
+            }
+            assert!(stops >= 6, "{end_s} {drift}: {stops} of 8 records have a stop");
+        }
+    }
+
+    /// At Q 3 a fading motion disappears in the noise within two swings.
+    #[test]
+    fn a_viscous_decay_has_no_stop() {
+        let oscillator = Oscillator::kinematic(TAU, PI / 3.0, 0.0).expect("valid");
+        let decay = FreeDecay::from_rest(&oscillator, 1.0).expect("valid");
+        for (repeat, noise) in [1e-1, 1e-2, 1e-3, 1e-4].into_iter().cycle().take(40).enumerate() {
+            let at = |i: usize| decay.displacement(i as f64 / 50.0) + noise * jitter(i + 2000 * repeat, 13);
+            let record = Record::uniform(50.0, (0..2000).map(at).collect()).expect("valid");
+            if let Ok(found) = analyse(&record, &Options::default())
+                && !found.sliding.detected
+            {
+                assert!(found.stop.is_none(), "{repeat} {noise}: {:?}", found.stop);
+            }
         }
     }
 

@@ -324,6 +324,8 @@ criteria! {
         /// replaces `rest_deviations` if it is larger.
         rest_chance: f64 = 0.01, source "at 4 deviations one rest of 3000 samples in three has one beyond",
             moves "stops reported";
+        /// Standard errors above which the level of the rest drifts along a straight line.
+        drift_errors: f64 = 4.0, source "one rest in 1e4 by chance", moves "stops reported";
         /// Maximum ratio of the deviation used to that observed at rest, when the noise of the motion is
         /// larger.
         most_deviation: f64 = 3.0, source "chosen by simulation", moves "time of the stop";
