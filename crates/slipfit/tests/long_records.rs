@@ -137,7 +137,7 @@ fn a_clock_that_halts_or_few_samples_a_cycle_keep_every_row() {
     time_s.iter_mut().skip(50).for_each(|t| *t += 1.0);
     let (averaging, _, x) = averaged(&time_s, &signal, 100, None);
     assert_eq!((averaging.factor(), x.len()), (1, 4000));
-    assert!(averaging.stopped().unwrap().contains("evenly"));
+    assert!(averaging.stopped().unwrap().contains("not uniform"));
 }
 
 proptest! {

@@ -69,5 +69,5 @@ fn a_program_without_the_page_says_how_to_build_it_in() {
         app.args(["app", "--no-browser"]).timeout(std::time::Duration::from_secs(30)).output().unwrap();
     let said = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{said}");
-    assert!(said.contains("built without the page") && said.contains("SLIPFIT_SITE"), "{said}");
+    assert!(said.contains("built without the browser page") && said.contains("SLIPFIT_SITE"), "{said}");
 }

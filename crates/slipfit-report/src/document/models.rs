@@ -10,7 +10,7 @@ use slipfit::{LossModel, LossTerm, Parameter, Parameters};
 const NOT_CONVERGED_NOTE: &str = "the fit did not converge to its tolerance";
 
 /// Why the reported model has one loss more than the model of least BIC.
-const EXTRA_LOSS_NOTE: &str = "a loss that is left out is not known to be zero";
+const EXTRA_LOSS_NOTE: &str = "a loss left out is not known to be zero";
 
 /// The models compared, the data they were fitted to, and the reported model.
 pub(super) struct Comparison<'a> {
@@ -45,7 +45,7 @@ impl Comparison<'_> {
         if self.candidates.iter().any(|c| !c.converged) {
             table.note = format!("* {NOT_CONVERGED_NOTE}");
         } else if best.is_some_and(|best| best != self.reported && best.is_within(self.reported)) {
-            table.note = format!("{} is reported, because {EXTRA_LOSS_NOTE}", self.reported);
+            table.note = format!("{} is reported, as {EXTRA_LOSS_NOTE}", self.reported);
         }
         table
     }

@@ -137,8 +137,12 @@ pub(crate) fn stop(
     if swing < criteria.last_swing * within && !rests || fitted.fades(time[moving] + period, within) {
         return None;
     }
-    let time_s = fitted.last_turn_s(time[moving + 1], period).unwrap_or(time[moving + 1]);
-    let rest = RestLine::through(&time[moving + 1..], &signal[moving + 1..]);
+    let last_turn_s = fitted.last_turn_s(time[moving + 1], period);
+    let time_s = last_turn_s.unwrap_or(time[moving + 1]);
+    // The end of the last swing lies within the noise; it is over with the last turning point, or a period later.
+    let over_s = last_turn_s.unwrap_or(time[moving] + period);
+    let over = time.partition_point(|t| *t < over_s).min(n - tail.len());
+    let rest = RestLine::through(&time[over..], &signal[over..]);
     Some(Stop {
         time_s,
         position: rest.at(time_s) - middle,
