@@ -385,7 +385,7 @@ def test_what_is_wrong_with_arrays_is_told_of_arguments(swing, sweep):
         (lambda: slipfit.ringdown(time[::-1], signal), "time", r"^time: time goes backwards .*, at index 1\n"),
         (lambda: slipfit.ringdown(time * 0, signal), None, "^time stands still"),
         (lambda: slipfit.ringdown(time, signal * 0), "signal", "^signal is constant"),
-        (lambda: slipfit.ringdown(time, signal * np.nan), "signal", r"^signal: usable.* in signal \(index 0 and others\)$"),
+        (lambda: slipfit.ringdown(time, signal * np.nan), "signal", r"^signal has no usable rows.* in signal \(index 0 and others\)$"),
         (lambda: slipfit.ringdown(signal=signal, rate_hz=0), "rate_hz", "^rate_hz"),
         (lambda: slipfit.resonance(-sweep[0], sweep[1]), "frequency", "^frequency: .*below zero, at index 0"),
         (lambda: slipfit.resonance(sweep[0] * 0 + 3, sweep[1]), "frequency", "^frequency"),
