@@ -37,6 +37,9 @@ pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
         })?,
         None => comparison.reported().unwrap_or(preferred),
     };
+    if !rms(e, chosen).is_finite() {
+        return Err(Error::NoFit { reason: "by the best loss model the amplitude grows beyond all numbers" });
+    }
     // An error of the law from cycle to cycle does not put a motion below the noise.
     let noise = NoiseModel { variance_inflation: e.fit.serial_inflation, ..comparison.noise };
     let error = noise.std_error(&chosen.bounded, A0);
@@ -62,7 +65,7 @@ pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
     let stop = stop_of(e, chosen, &fit, sliding.detected);
     let mut models = candidates(comparison, |f| rms(e, f), |f| values(e, f, omega));
     // An unconstrained loss may grow beyond all numbers over a long record: such a model describes nothing.
-    models.retain(|candidate| candidate.rms.is_finite() || candidate.model == chosen.model);
+    models.retain(|candidate| candidate.rms.is_finite());
     let mut answer = Answer {
         model: chosen.model,
         preferred_model: preferred.model,
