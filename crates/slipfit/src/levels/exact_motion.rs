@@ -106,7 +106,7 @@ mod tests {
                 };
                 held_q += holds(Parameter::QFactor, q);
                 held_x_f += holds(Parameter::FRICTION_DISPLACEMENT, 0.4);
-                bent += usize::from(answer.warnings.iter().any(|w| w.code() == "not_straight"));
+                bent += usize::from(answer.warnings.iter().any(|w| w.code() == "bent"));
             }
             assert!(held_q >= 34 && held_x_f >= 34, "Q {q}, noise {noise}: {held_q} {held_x_f} of {REPEATS}");
             assert!(bent <= 2, "Q {q}, noise {noise}: {bent} bent");
