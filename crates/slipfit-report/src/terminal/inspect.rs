@@ -81,7 +81,7 @@ pub fn inspect(inspected: &Inspected<'_>, spell: Spelling<'_>) -> String {
     text
 }
 
-/// What can be said of the motion without a fit.
+/// Properties of the motion that need no fit.
 fn motion(swings: Swings) -> String {
     match (swings.crossings, swings.period_s) {
         (crossings, Some(period)) => {

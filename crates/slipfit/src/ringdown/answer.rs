@@ -107,7 +107,7 @@ pub struct Diagnostics {
     /// (phase left free, amplitudes of short stretches).
     pub method: &'static str,
     /// Noise of one sample as estimated inside short stretches, signal unit; the residual rms of the motion
-    /// if its variance is less than half of that estimate.
+    /// if it is less than half of that estimate.
     pub noise_rms: f64,
     /// Ratio of the noise variance near the frequency of the motion to that inside short stretches; 1 if the
     /// amplitudes scatter by no more. The intervals include it.

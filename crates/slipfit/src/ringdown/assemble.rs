@@ -38,7 +38,7 @@ pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
         None => comparison.reported().unwrap_or(preferred),
     };
     if !rms(e, chosen).is_finite() {
-        return Err(Error::NoFit { reason: "by the best loss model the amplitude grows beyond all numbers" });
+        return Err(Error::NoFit { reason: "the amplitude of the best loss model diverges" });
     }
     // An error of the law from cycle to cycle does not put a motion below the noise.
     let noise = NoiseModel { variance_inflation: e.fit.serial_inflation, ..comparison.noise };
@@ -64,7 +64,7 @@ pub(crate) fn answer(e: &Evidence) -> Result<Answer, Error> {
     let diagnostics = Diagnostics { counted_losses, ..diagnostics };
     let stop = stop_of(e, chosen, &fit, sliding.detected);
     let mut models = candidates(comparison, |f| rms(e, f), |f| values(e, f, omega));
-    // An unconstrained loss may grow beyond all numbers over a long record: such a model describes nothing.
+    // With an unconstrained negative loss the amplitude may diverge over a long record: such a model is useless.
     models.retain(|candidate| candidate.rms.is_finite());
     let mut answer = Answer {
         model: chosen.model,
@@ -238,10 +238,8 @@ fn diagnostics(
     // the residuals is not noise.
     let within_blocks = e.measured.noise_rms;
     let of_all = matches!(e.fit.problem, Problem::Waveform(_)) && e.samples.filtered == Filtered::Nothing;
-    let noise = match of_all && within_blocks.powi(2) > e.criteria.answer.misfit * variance {
-        true => variance.sqrt(),
-        false => within_blocks,
-    };
+    let is_excess = of_all && within_blocks.powi(2) > e.criteria.answer.misfit * variance;
+    let noise = if is_excess { variance.sqrt() } else { within_blocks };
     // Below its standard error an amplitude is not distinguishable from zero.
     let measured_to = e.measured.points.last().map_or(0.0, |last| last.std_error(noise));
     let last = last_amplitude(e, law).max(measured_to);
@@ -330,7 +328,7 @@ mod tests {
 
     /// Half cycles about two centres, which no block of one cycle describes to a millionth.
     #[test]
-    fn turns_are_no_noise() {
+    fn turning_points_are_not_noise() {
         for noise in [1e-7, 1e-5, 2e-3] {
             let oscillator = Oscillator::kinematic(TAU * 1.2, TAU * 0.01, 0.005).expect("valid");
             let decay = FreeDecay::from_rest(&oscillator, 0.4).expect("valid");

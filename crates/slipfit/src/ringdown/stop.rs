@@ -5,7 +5,9 @@ use super::criteria::StopCriteria;
 use super::fitted::FittedMotion;
 use super::measured::MeasuredDecay;
 use super::samples::Samples;
+use crate::inference::least_squares::{Normal, linear_of};
 use crate::signal::blocks::Block;
+use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 
 /// End of the motion according to a fit.
@@ -21,64 +23,58 @@ pub(crate) struct FittedEnd {
 }
 
 impl FittedEnd {
-    /// Time of the last turning point, if friction stops the motion there: anywhere in the window, behind it within one
-    /// period of the end of the motion that the samples show.
-    fn last_turn_s(&self, shown_s: f64, period: f64) -> Option<f64> {
-        let near = |t: &f64| self.stops_in_window || (t - shown_s).abs() < period;
+    /// Time of the last turning point, if friction stops the motion: a time in the fitted window, or one after it that
+    /// is less than a period from the end of the visible motion.
+    fn last_turn_s(&self, visible_end_s: f64, period: f64) -> Option<f64> {
+        let near = |t: &f64| self.stops_in_window || (t - visible_end_s).abs() < period;
         self.motion.rest_s().filter(|t| self.slides && near(t))
     }
 
-    /// Whether the motion fades without friction until it disappears within a half width at a given time.
-    fn fades(&self, time_s: f64, within: f64) -> bool {
-        !self.slides && self.motion.amplitude_at(time_s) <= within
+    /// Whether no sliding friction was detected and the fitted amplitude at a time is at most `limit`.
+    fn fades(&self, time_s: f64, limit: f64) -> bool {
+        !self.slides && self.motion.amplitude_at(time_s) <= limit
     }
 }
 
-/// Straight line through the samples of a rest by least squares: the level of a sensor may drift.
-struct RestLine {
-    samples: f64,
-    centre_s: f64,
-    level: f64,
-    slope: f64,
-    /// Sum of the squared times from the centre.
-    spread: f64,
+/// Level of a rest by least squares: a constant, or a straight line because the level of a sensor may drift.
+struct RestLevel {
+    /// Time and value that the coefficients refer to.
+    origin: [f64; 2],
+    /// The constant, and the slope of a line.
+    coefficients: Vec<f64>,
+    unit_covariance: DMatrix<f64>,
+    /// Root mean square of the residuals.
     scatter: f64,
 }
 
-impl RestLine {
-    fn through(time: &[f64], signal: &[f64]) -> Self {
-        let samples = time.len() as f64;
-        let centre_s = time.iter().sum::<f64>() / samples;
-        let level = signal.iter().sum::<f64>() / samples;
-        let spread = time.iter().map(|t| (t - centre_s).powi(2)).sum::<f64>();
-        let product: f64 = time.iter().zip(signal).map(|(t, v)| (t - centre_s) * (v - level)).sum();
-        let slope = if spread > 0.0 { product / spread } else { 0.0 };
-        let mut line = Self { samples, centre_s, level, slope, spread, scatter: 0.0 };
-        line.scatter = line.scatter_of(time, signal);
-        line
-    }
+const CONSTANT: &[usize] = &[0];
+const LINE: &[usize] = &[0, 1];
 
-    /// The line, or a constant level if the slope is not significant.
-    fn drift_if_significant(mut self, errors: f64, time: &[f64], signal: &[f64]) -> Self {
-        if self.slope.abs() * self.spread.sqrt() <= errors * self.scatter {
-            self.slope = 0.0;
-            self.scatter = self.scatter_of(time, signal);
+impl RestLevel {
+    fn fit(time: &[f64], signal: &[f64], columns: &[usize]) -> Option<Self> {
+        let origin = [0.5 * (time.first()? + time.last()?), *signal.first()?];
+        let mut sums = Normal::zeros(LINE.len());
+        for (t, v) in time.iter().zip(signal) {
+            sums.add_row(&[1.0, t - origin[0]], v - origin[1], 1.0);
         }
-        self
+        let (coefficients, unit_covariance, rss) = linear_of(&sums, columns)?;
+        Some(Self { origin, coefficients, unit_covariance, scatter: (rss / time.len() as f64).sqrt() })
     }
 
-    fn scatter_of(&self, time: &[f64], signal: &[f64]) -> f64 {
-        let squares: f64 = time.iter().zip(signal).map(|(t, v)| (v - self.at(*t)).powi(2)).sum();
-        (squares / self.samples).sqrt()
+    /// Whether the slope of a line exceeds a number of its standard errors.
+    fn drifts(&self, errors: f64) -> bool {
+        self.coefficients[1].abs() > errors * self.scatter * self.unit_covariance[(1, 1)].sqrt()
     }
 
     fn at(&self, time_s: f64) -> f64 {
-        self.level + self.slope * (time_s - self.centre_s)
+        let slope = self.coefficients.get(1).unwrap_or(&0.0);
+        self.origin[1] + self.coefficients[0] + slope * (time_s - self.origin[0])
     }
 
+    /// Standard error of the level of a line at a time.
     fn std_error_at(&self, time_s: f64) -> f64 {
-        let lever = if self.spread > 0.0 { (time_s - self.centre_s).powi(2) / self.spread } else { 0.0 };
-        self.scatter * (1.0 / self.samples + lever).sqrt()
+        let row = DVector::from_column_slice(&[1.0, time_s - self.origin[0]]);
+        self.scatter * (row.transpose() * &self.unit_covariance * &row)[0].max(0.0).sqrt()
     }
 }
 
@@ -117,7 +113,9 @@ pub(crate) fn stop(
         return None;
     }
     let (tail_s, tail) = (&time[n - tail..], &signal[n - tail..]);
-    let level = RestLine::through(tail_s, tail).drift_if_significant(criteria.drift_errors, tail_s, tail);
+    let line = RestLevel::fit(tail_s, tail, LINE)?;
+    let level =
+        if line.drifts(criteria.drift_errors) { line } else { RestLevel::fit(tail_s, tail, CONSTANT)? };
     // Samples at rest may scatter by less than their noise if the converter rounds it away.
     let deviation = level.scatter.max(measured.noise_rms.min(criteria.most_deviation * level.scatter));
     // The tail of a normal distribution is below exp(-z²/2).
@@ -142,7 +140,7 @@ pub(crate) fn stop(
     // The end of the last swing lies within the noise; it is over with the last turning point, or a period later.
     let over_s = last_turn_s.unwrap_or(time[moving] + period);
     let over = time.partition_point(|t| *t < over_s).min(n - tail.len());
-    let rest = RestLine::through(&time[over..], &signal[over..]);
+    let rest = RestLevel::fit(&time[over..], &signal[over..], LINE)?;
     Some(Stop {
         time_s,
         position: rest.at(time_s) - middle,
