@@ -2,6 +2,7 @@
 
 use super::Answer;
 use super::criteria::{BandCriteria, Criteria};
+use super::sampled_signal::SampledSignal;
 use super::samples::{Filtered, Samples};
 use super::second_mode::main_mode;
 use super::two_modes::mode_in_residuals;
@@ -72,7 +73,8 @@ fn motion_and_band<'a>(
         motion.drain(..first);
         noise = band_of_left(&samples, &motion);
     }
-    samples.signal = noise.iter().zip(&motion).map(|(x, m)| x + m).collect();
+    let cleaned = noise.iter().zip(&motion).map(|(x, m)| x + m);
+    samples.signal = SampledSignal::new(cleaned.collect::<Vec<f64>>());
     // The rest has the level of the motion: the filter removes the level of the samples.
     samples.level_known = false;
     let half_rate_hz = 0.5 * noise.len() as f64 / samples.duration();

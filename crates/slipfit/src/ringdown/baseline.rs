@@ -3,12 +3,12 @@
 use super::Answer;
 use super::criteria::{BaselineCriteria, Criteria};
 use super::level::{Baseline, Position};
+use super::sampled_signal::SampledSignal;
 use super::samples::Samples;
 use crate::Parameter;
 use crate::inference::least_squares::{Normal, linear, linear_of};
 use crate::numeric::robust::neighbour_noise;
 use crate::signal::spectrum::dominant;
-use std::borrow::Cow;
 use std::f64::consts::TAU;
 use std::ops::Range;
 
@@ -90,7 +90,7 @@ pub(crate) fn without_baseline<'a>(
     }
     Some((
         Samples {
-            signal: Cow::Owned(flat),
+            signal: SampledSignal::new(flat),
             level_known: false,
             rest: samples.rest_alone(),
             ..samples.clone()

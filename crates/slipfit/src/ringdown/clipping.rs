@@ -2,14 +2,12 @@
 
 use super::Answer;
 use super::criteria::ClippingCriteria;
+use super::sampled_signal::{PIECE, SampledSignal};
 use super::samples::Samples;
-use crate::numeric::extremes;
 use crate::signal::blocks::{Block, noise_rms};
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 
-/// Number of samples whose extremes are found together.
-const CHUNK: usize = 1024;
 /// Number of levels next to an extreme that it is compared with.
 const NEXT_LEVELS: usize = 4;
 
@@ -34,22 +32,20 @@ impl Ceiling {
 
 /// An extreme of a record is the end of its range if samples stay at it, or if crests return to it many times
 /// and to the next level far less often (the crests of a decay sweep over the levels).
-fn ceiling(signal: &[f64], criteria: &ClippingCriteria) -> Option<Ceiling> {
-    let extremes: Vec<(f64, f64)> = signal.chunks(CHUNK).map(extremes).collect();
-    let (low, high) =
-        extremes.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), e| (a.min(e.0), b.max(e.1)));
+fn ceiling(signal: &SampledSignal, criteria: &ClippingCriteria) -> Option<Ceiling> {
+    let (low, high) = signal.extremes();
     let (mut samples, mut runs, mut long_runs) = ([0; 2], [0; 2], 0);
     let (mut length, mut last) = (0, None);
     let mut widest_gap = 0;
-    for (chunk, _) in extremes.iter().enumerate().filter(|(_, e)| e.0 == low || e.1 == high) {
-        let first = chunk * CHUNK;
-        for (i, &v) in signal.iter().enumerate().skip(first).take(CHUNK) {
+    let pieces = signal.extremes_of_pieces().iter().enumerate();
+    for (piece, _) in pieces.filter(|(_, e)| e.0 == low || e.1 == high) {
+        for (i, &v) in signal.iter().enumerate().skip(piece * PIECE).take(PIECE) {
             if v != high && v != low {
                 continue;
             }
             let side = usize::from(v == high);
             samples[side] += 1;
-            // A run continues across the edge of a chunk, since its value is an extreme of both chunks.
+            // A run continues across the edge of a piece, since its value is an extreme of both pieces.
             let same_run = last.is_some_and(|last| last + 1 == i && signal[last] == v);
             length = if same_run { length + 1 } else { 1 };
             if !same_run {
@@ -100,7 +96,7 @@ fn most_at_next_levels(signal: &[f64], sign: f64) -> usize {
 
 /// Number of samples at the ends of the range, and whether some of them lie in a window.
 pub(crate) fn clipped_samples(
-    signal: &[f64],
+    signal: &SampledSignal,
     window: Range<usize>,
     criteria: &ClippingCriteria,
 ) -> (usize, bool) {
@@ -125,12 +121,12 @@ pub(crate) fn clipped_crests(
     answer: &Answer,
     criteria: &ClippingCriteria,
 ) -> Option<ClippedCrests> {
-    let (low, high) = extremes(&samples.signal);
+    let (_, high) = samples.signal.extremes();
     let window = answer.segment.start_s..=answer.segment.end_s;
     let mut found = ClippedCrests { samples: 0, end_s: f64::NEG_INFINITY };
     let (mut beyond, mut runs) = (0.0, 0);
     let mut from = 0;
-    while let Some(first) = next_of(&samples.signal, from, [low, high]) {
+    while let Some(first) = samples.signal.next_extreme(from) {
         let level = samples.signal[first];
         let length = samples.signal[first..].iter().take_while(|x| **x == level).count();
         from = first + length;
@@ -150,21 +146,11 @@ pub(crate) fn clipped_crests(
     (runs >= criteria.cut_runs && beyond > margin * found.samples as f64).then_some(found)
 }
 
-/// The next sample at one of two levels, searched in pieces whose samples are compared together.
-fn next_of(signal: &[f64], from: usize, levels: [f64; 2]) -> Option<usize> {
-    const PIECE: usize = 64;
-    let is_one = |x: &f64| (*x == levels[0]) | (*x == levels[1]);
-    let pieces = signal.get(from..)?.chunks(PIECE);
-    let before = pieces.take_while(|piece| !piece.iter().fold(false, |any, x| any | is_one(x))).count();
-    let first = from + before * PIECE;
-    signal.get(first..)?.iter().position(is_one).map(|k| first + k)
-}
-
 /// Number of first blocks that are clipped or precede clipped ones. `None` if there are none, or if too few
 /// blocks remain after them.
 pub(crate) fn clipped_blocks(
     blocks: &[Block],
-    signal: &[f64],
+    signal: &SampledSignal,
     converter_step: f64,
     criteria: &ClippingCriteria,
 ) -> Option<usize> {
@@ -194,8 +180,8 @@ pub(crate) fn clipped_blocks(
 
 /// The first block about as large as the largest, ignoring noise blocks whose amplitude exceeds what the
 /// range of the samples allows: the fundamental of a square wave is `4/pi` of half its range.
-fn first_large(blocks: &[Block], signal: &[f64], criteria: &ClippingCriteria) -> Option<usize> {
-    let (low, high) = extremes(signal);
+fn first_large(blocks: &[Block], signal: &SampledSignal, criteria: &ClippingCriteria) -> Option<usize> {
+    let (low, high) = signal.extremes();
     let most = 2.0 / PI * (high - low);
     let amplitudes = blocks.iter().map(|b| b.amplitude).filter(|a| *a <= most);
     let large = criteria.from_amplitude * amplitudes.fold(0.0, f64::max);
@@ -204,7 +190,12 @@ fn first_large(blocks: &[Block], signal: &[f64], criteria: &ClippingCriteria) ->
 
 /// Counts the blocks from the first large one as long as their crests are flat. The ceiling may move from
 /// block to block, as that of a limiter does.
-fn flattened(blocks: &[Block], signal: &[f64], converter_step: f64, criteria: &ClippingCriteria) -> usize {
+fn flattened(
+    blocks: &[Block],
+    signal: &SampledSignal,
+    converter_step: f64,
+    criteria: &ClippingCriteria,
+) -> usize {
     let Some(from) = first_large(blocks, signal, criteria) else { return 0 };
     let mut end = 0;
     for (i, block) in blocks.iter().enumerate().skip(from) {
@@ -249,7 +240,9 @@ mod tests {
 
     #[test]
     fn clipping_is_counted_across_the_edges_of_chunks() {
-        let within = |signal: &[f64], window| clipped_samples(signal, window, &ClippingCriteria::default());
+        let within = |signal: &[f64], window| {
+            clipped_samples(&SampledSignal::new(signal), window, &ClippingCriteria::default())
+        };
         let clipped = |signal: &[f64]| within(signal, 0..signal.len());
         let mut signal: Vec<f64> = (0..5000).map(|i| (f64::from(i) * 0.37).sin() * 0.9).collect();
         assert_eq!(clipped(&signal), (0, false));
@@ -287,10 +280,11 @@ mod tests {
     #[test]
     fn a_level_that_crests_come_back_to_is_the_end_of_the_range() {
         let criteria = ClippingCriteria::default();
-        let motion = |ceiling: f64, step: f64| -> Vec<f64> {
+        let motion = |ceiling: f64, step: f64| {
             let x = |t: f64| (-t / 3000.0).exp() * (1.7 * t).cos() + 0.01 * (0.7 * t * t).sin();
             let read = |x: f64| if step > 0.0 { (x / step).round() * step } else { x };
-            (0..3000).map(|i| read(x(f64::from(i)).clamp(-2.0, ceiling))).collect()
+            let values = (0..3000).map(|i| read(x(f64::from(i)).clamp(-2.0, ceiling)));
+            SampledSignal::new(values.collect::<Vec<f64>>())
         };
         for step in [0.0, 1e-3, 0.02, 0.1] {
             assert_eq!(clipped_samples(&motion(2.0, step), 0..3000, &criteria), (0, false), "step {step}");
@@ -316,15 +310,14 @@ mod tests {
         };
         let criteria = ClippingCriteria::default();
         let step = 1.0 / 128.0;
-        let motion = |ceiling: f64| -> Vec<f64> {
-            (0..10_000)
-                .map(|i| {
-                    let t = f64::from(i);
-                    let x = (-t / 8000.0).exp() * (TAU * t / 100.0).cos();
-                    let limit = ceiling * (1.0 - t / 40_000.0);
-                    (x.clamp(-limit, limit) / step).round() * step
-                })
-                .collect()
+        let motion = |ceiling: f64| {
+            let value = |i: i32| {
+                let t = f64::from(i);
+                let x = (-t / 8000.0).exp() * (TAU * t / 100.0).cos();
+                let limit = ceiling * (1.0 - t / 40_000.0);
+                (x.clamp(-limit, limit) / step).round() * step
+            };
+            SampledSignal::new((0..10_000).map(value).collect::<Vec<f64>>())
         };
         let blocks: Vec<Block> = (0..10).map(|k| block(1000 * k, (-(k as f64 + 0.5) / 8.0).exp())).collect();
         assert_eq!(flattened(&blocks, &motion(2.0), step, &criteria), 0);

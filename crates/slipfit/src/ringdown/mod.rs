@@ -39,6 +39,7 @@ mod quantities;
 mod recorded_amplitudes;
 mod release;
 mod residuals;
+mod sampled_signal;
 mod samples;
 mod second_mode;
 mod sensor_curve;

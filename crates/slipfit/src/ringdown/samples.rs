@@ -2,6 +2,7 @@
 
 use super::criteria::Criteria;
 use super::options::Options;
+use super::sampled_signal::{SampledSignal, part_of};
 use super::spikes::spikes_and_dropouts;
 use super::unresolved::{may_be_unresolved, resolved};
 use crate::error::BEYOND_NUMBERS;
@@ -25,7 +26,7 @@ const STEP_SAMPLES: usize = 2000;
 #[derive(Debug, Clone)]
 pub(crate) struct Samples<'a> {
     pub(crate) time: Cow<'a, [f64]>,
-    pub(crate) signal: Cow<'a, [f64]>,
+    pub(crate) signal: SampledSignal<'a>,
     pub(crate) observable: Observable,
     pub(crate) quadrature: Option<Cow<'a, [f64]>>,
     /// Ratio of the noise variance near the frequency of the motion to that inside single cycles, if an
@@ -59,7 +60,7 @@ pub(crate) enum Filtered {
 #[derive(Debug, Clone)]
 pub(crate) struct UnresolvedRest<'a> {
     time: Cow<'a, [f64]>,
-    signal: Cow<'a, [f64]>,
+    signal: SampledSignal<'a>,
 }
 
 /// The observable that a record of this kind shows; amplitude records count as displacements.
@@ -89,7 +90,7 @@ impl<'a> Samples<'a> {
 
     /// The same samples, filtered to a frequency band.
     pub(crate) fn within_band(&self, band_hz: [f64; 2]) -> Result<Samples<'_>, Error> {
-        let signal = Cow::Owned(spectrum::band_pass(&self.time, &self.signal, band_hz));
+        let signal = SampledSignal::new(spectrum::band_pass(&self.time, &self.signal, band_hz));
         let samples = Samples { signal, filtered: Filtered::Motion, ..self.borrowed() };
         samples.check_scales()?;
         Ok(samples)
@@ -116,7 +117,7 @@ impl<'a> Samples<'a> {
         };
         Ok(Self {
             time,
-            signal: Cow::Borrowed(&record.signal()[first..end]),
+            signal: SampledSignal::new(&record.signal()[first..end]),
             observable: observable(record.kind()),
             quadrature: record.quadrature().map(|q| Cow::Borrowed(&q[first..end])),
             noise_inflation: 1.0,
@@ -131,12 +132,12 @@ impl<'a> Samples<'a> {
     pub(crate) fn borrowed(&self) -> Samples<'_> {
         Samples {
             time: Cow::Borrowed(&self.time),
-            signal: Cow::Borrowed(&self.signal),
+            signal: self.signal.borrowed(),
             quadrature: self.quadrature.as_deref().map(Cow::Borrowed),
             spikes_s: self.spikes_s.clone(),
             rest: self.rest.as_ref().map(|rest| UnresolvedRest {
                 time: Cow::Borrowed(&rest.time),
-                signal: Cow::Borrowed(&rest.signal),
+                signal: rest.signal.borrowed(),
             }),
             ..*self
         }
@@ -148,7 +149,7 @@ impl<'a> Samples<'a> {
         let cut = |column: &Cow<'a, [f64]>| part_of(column, range.clone());
         Self {
             time: cut(&self.time),
-            signal: cut(&self.signal),
+            signal: self.signal.part(range.clone()),
             observable: self.observable,
             quadrature: self.quadrature.as_ref().map(cut),
             noise_inflation: self.noise_inflation,
@@ -167,8 +168,9 @@ impl<'a> Samples<'a> {
         let step = self.converter_step(criteria.blocks.distinct_values);
         let end = resolved(&self.time, &self.signal, step, &criteria.resolution);
         if step > 0.0 && (MIN_SAMPLES..self.len()).contains(&end) {
-            let after_end = |column: &Cow<'a, [f64]>| part_of(column, end..column.len());
-            let rest = UnresolvedRest { time: after_end(&self.time), signal: after_end(&self.signal) };
+            let after_end = end..self.len();
+            let time = part_of(&self.time, after_end.clone());
+            let rest = UnresolvedRest { time, signal: self.signal.part(after_end) };
             *self = Self { rest: Some(rest), ..self.part(0..end) };
         }
     }
@@ -176,15 +178,15 @@ impl<'a> Samples<'a> {
     /// A marker that a rest follows, without its samples, for samples from which something was subtracted or
     /// that were straightened.
     pub(crate) fn rest_alone(&self) -> Option<UnresolvedRest<'a>> {
-        let none = || Cow::Owned(Vec::new());
-        self.rest.as_ref().map(|_| UnresolvedRest { time: none(), signal: none() })
+        let none = || UnresolvedRest { time: Cow::default(), signal: SampledSignal::new(Vec::new()) };
+        self.rest.as_ref().map(|_| none())
     }
 
     /// The samples together with the rest after them.
     pub(crate) fn with_rest(&self) -> Cow<'_, Self> {
         let Some(rest) = &self.rest else { return Cow::Borrowed(self) };
-        let joined = |column: &[f64], rest: &[f64]| Cow::Owned([column, rest].concat());
-        let (time, signal) = (joined(&self.time, &rest.time), joined(&self.signal, &rest.signal));
+        let time = Cow::Owned([&self.time[..], &rest.time].concat());
+        let signal = SampledSignal::new([&self.signal[..], &rest.signal].concat());
         Cow::Owned(Self { time, signal, rest: None, ..self.clone() })
     }
 
@@ -197,10 +199,10 @@ impl<'a> Samples<'a> {
         let kept = |column: &[f64]| {
             let mut next = left_out.iter().copied().peekable();
             let rest = column.iter().enumerate().filter(|(i, _)| next.next_if_eq(i).is_none());
-            rest.map(|(_, v)| *v).collect()
+            rest.map(|(_, v)| *v).collect::<Vec<f64>>()
         };
         self.time = Cow::Owned(kept(&self.time));
-        self.signal = Cow::Owned(kept(&self.signal));
+        self.signal = SampledSignal::new(kept(&self.signal));
         self.quadrature = self.quadrature.as_deref().map(|q| Cow::Owned(kept(q)));
     }
 
@@ -246,22 +248,15 @@ impl<'a> Samples<'a> {
     }
 
     fn check_scales(&self) -> Result<(), Error> {
-        let spread = |v: &[f64]| {
-            let (low, high) = extremes(v);
-            low.abs().max(high.abs()).max(v[0] - low).max(high - v[0])
+        let spread = |first: f64, (low, high): (f64, f64)| {
+            low.abs().max(high.abs()).max(first - low).max(high - first)
         };
-        let signal = spread(&self.signal).max(self.quadrature.as_deref().map_or(0.0, spread));
+        let quadrature = self.quadrature.as_deref().map_or(0.0, |q| spread(q[0], extremes(q)));
+        let signal = spread(self.signal[0], self.signal.extremes()).max(quadrature);
         if [signal, self.duration()].iter().all(|v| REPRESENTABLE.contains(v)) {
             return Ok(());
         }
         Err(Error::NoFit { reason: BEYOND_NUMBERS })
-    }
-}
-
-fn part_of<'a>(column: &Cow<'a, [f64]>, range: Range<usize>) -> Cow<'a, [f64]> {
-    match column {
-        Cow::Borrowed(all) => Cow::Borrowed(&all[range]),
-        Cow::Owned(all) => Cow::Owned(all[range].to_vec()),
     }
 }
 
@@ -300,7 +295,7 @@ mod tests {
         let time = (0..signal.len()).map(|i| i as f64).collect();
         Samples {
             time: Cow::Owned(time),
-            signal: Cow::Owned(signal),
+            signal: SampledSignal::new(signal),
             observable: Observable::Displacement,
             quadrature: None,
             noise_inflation: 1.0,

@@ -1,6 +1,7 @@
 //! Detection and subtraction of a second mode, if two modes describe a record and one does not.
 
 use super::criteria::{Criteria, TwoModesCriteria};
+use super::sampled_signal::SampledSignal;
 use super::samples::Samples;
 use super::two_modes::{MainMode, OneMode, ViscousMode, mode_in_residuals, weaker_of_two};
 use super::window_fit::WAVEFORM;
@@ -8,7 +9,6 @@ use super::{Answer, EndReason, Mode, StartReason};
 use crate::answer::Warning;
 use crate::numeric::roots::border;
 use crate::{Parameter, Quantity};
-use std::borrow::Cow;
 use std::f64::consts::{E, TAU};
 use std::ops::Range;
 
@@ -138,8 +138,8 @@ pub(crate) fn refine<'a>(
 /// The samples minus a mode.
 fn without_mode<'a>(part: &Samples<'a>, mode: ViscousMode) -> Samples<'a> {
     let mut rest = Samples { rest: part.rest_alone(), ..part.clone() };
-    rest.signal =
-        Cow::Owned(rest.time.iter().zip(rest.signal.iter()).map(|(&t, x)| x - mode.at(t)).collect());
+    let without = rest.time.iter().zip(rest.signal.iter()).map(|(&t, x)| x - mode.at(t));
+    rest.signal = SampledSignal::new(without.collect::<Vec<f64>>());
     rest
 }
 

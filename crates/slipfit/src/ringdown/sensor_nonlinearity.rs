@@ -6,6 +6,7 @@ use super::criteria::SensorCriteria;
 use super::curve_estimate::{Estimate, bend, of_pendulum};
 use super::fitted::FittedMotion;
 use super::residuals::Harmonics;
+use super::sampled_signal::SampledSignal;
 use super::samples::Samples;
 use super::sensor_curve::SensorCurve;
 use super::window_fit::WAVEFORM;
@@ -13,7 +14,6 @@ use crate::answer::Warning;
 use crate::inference::evidence::chi_square_tail;
 use crate::model::loss::LossModel;
 use crate::{Parameter, Quantity};
-use std::borrow::Cow;
 
 /// The answer of `fit` and `refine` for the straightened reading, if the samples show a second or third
 /// harmonic in phase with the motion that falls as the square or cube of the amplitude, beyond what a
@@ -77,7 +77,8 @@ fn along_curve<'a>(
         parts.map(|part| part.added_to(curve)).find_map(|next| Some((next, along(next)?)))
     };
     let fitted = |signal: Vec<f64>| {
-        let straight = Samples { signal: Cow::Owned(signal), rest: samples.rest_alone(), ..samples.clone() };
+        let straight =
+            Samples { signal: SampledSignal::new(signal), rest: samples.rest_alone(), ..samples.clone() };
         let found = fit(straight.clone())?;
         Some((straight, found))
     };

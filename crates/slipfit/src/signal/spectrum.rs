@@ -207,6 +207,10 @@ pub(crate) struct NoiseFloor {
 /// the motion and would create spurious lines. All stamps, if the stretch has less than half of them.
 pub(crate) fn between_gaps(time: &[f64], frequency_hz: f64, criteria: &SpectrumCriteria) -> Range<usize> {
     let longest_step = (0.5 / frequency_hz).max(criteria.gap_steps * median_step(time));
+    let gaps = time.windows(2).fold(false, |any, pair| any | (pair[1] - pair[0] > longest_step));
+    if !gaps {
+        return 0..time.len();
+    }
     let stretches = time.chunk_by(|a, b| !(b - a > longest_step));
     let mut end = 0;
     let ranges = stretches.map(|stretch| {
