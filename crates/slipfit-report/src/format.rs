@@ -23,20 +23,6 @@ pub fn instant(time_s: f64, span_s: f64) -> String {
     format!("{time_s:.decimals$} s")
 }
 
-/// An upper limit with two significant digits, rounded up, in a suitable unit.
-///
-/// ```
-/// use slipfit_report::format::upper_limit;
-/// assert_eq!(upper_limit(1.35e-3, "rad"), "1.4 mrad");
-/// assert_eq!(upper_limit(2.5e-4, "rad"), "250 µrad");
-/// ```
-pub fn upper_limit(value: f64, unit: &str) -> String {
-    let step = 10f64.powf(value.abs().log10().floor() - 1.0);
-    // A limit that has no more digits is not raised by the error of the division.
-    let raised = (value / step - 1e-6).ceil() * step;
-    plain(if raised.is_finite() { raised } else { value }, 2, unit)
-}
-
 /// A ratio: two decimals, or none from ten upwards.
 ///
 /// ```

@@ -1,6 +1,6 @@
 //! Drive levels in a sentence.
 
-use crate::format::{Rounded, p_value, plain, upper_limit};
+use crate::format::{Rounded, p_value, plain};
 use slipfit::Parameter;
 use slipfit::levels::Answer;
 
@@ -12,7 +12,7 @@ pub(super) fn sentence(answer: &Answer) -> String {
     let shown = Rounded::new(threshold.value, threshold.std_error, &threshold.unit);
     if !answer.detected {
         let [low, high] = threshold.interval_95;
-        let high = upper_limit(high, &threshold.unit);
+        let high = plain(high, 2, &threshold.unit);
         if low > 0.0 {
             let low = plain(low, 2, &threshold.unit);
             return format!(

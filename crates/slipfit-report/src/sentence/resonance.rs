@@ -1,6 +1,6 @@
 //! A resonance curve in a sentence.
 
-use crate::format::{p_value, percent, plain, upper_limit};
+use crate::format::{p_value, percent, plain};
 use slipfit::Parameter;
 use slipfit::answer::Warning;
 use slipfit::resonance::{Answer, DriveSource, Method};
@@ -103,7 +103,7 @@ fn conclusion(a: &Answer) -> String {
     }
     let below = limit(Parameter::FRICTION_DISPLACEMENT)
         .filter(|(i, _)| i[1].is_finite() && i[1] > 0.0)
-        .map(|(i, unit)| format!(": x_F is below {} (95 %)", upper_limit(i[1], &unit)))
+        .map(|(i, unit)| format!(": x_F is below {} (95 %)", plain(i[1], 2, &unit)))
         .unwrap_or_default();
     let wide = match (a.drive_source, ratio) {
         (DriveSource::Shape, Some(r)) if r[1] > 0.3 => {

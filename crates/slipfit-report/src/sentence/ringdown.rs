@@ -1,6 +1,6 @@
 //! A ring-down in a sentence.
 
-use crate::format::{decay_times, exact_percent, p_value, percent, plain, upper_limit};
+use crate::format::{decay_times, exact_percent, p_value, percent, plain};
 use slipfit::answer::Warning;
 use slipfit::ringdown::{Answer, Mode};
 use slipfit::{LossModel, LossTerm, Parameter};
@@ -230,7 +230,7 @@ fn absent(a: &Answer) -> String {
         .into_iter()
         .find_map(|(parameter, is)| a.parameter(parameter).map(|q| (q.interval_95[1], q.unit.as_str(), is)))
         .filter(|(high, ..)| high.is_finite() && *high > 0.0)
-        .map(|(high, unit, is)| format!(": {is} below {} (95 %)", upper_limit(high, unit)))
+        .map(|(high, unit, is)| format!(": {is} below {} (95 %)", plain(high, 2, unit)))
         .unwrap_or_default();
     format!(
         "{cause} the decay; no sliding friction is found, {}{limit}{}.",
@@ -272,6 +272,7 @@ fn capital(name: &str) -> String {
 mod tests {
     use super::*;
     use crate::Sentence;
+    use crate::document::ParameterRow;
     use crate::example;
     use slipfit::Quantity;
 
@@ -345,6 +346,18 @@ mod tests {
         }];
         assert!(a.sentence().starts_with("Viscous damping and quadratic drag explain the decay; no sliding"));
         assert!(a.sentence().ends_with("; viscous+sliding describes the record as well."));
+    }
+
+    #[test]
+    fn an_upper_limit_has_the_digits_of_its_interval() {
+        let mut a = example::answer();
+        a.model = LossModel::VISCOUS;
+        a.sliding.detected = false;
+        let x_f = Quantity { interval_95: [0.0, 2.84e-6], ..Quantity::normal(0.0, 1.45e-6, "m") };
+        a.parameters.set(Parameter::FRICTION_DISPLACEMENT, x_f.clone());
+        let row = ParameterRow::new(Parameter::FRICTION_DISPLACEMENT, &x_f);
+        assert_eq!([row.interval.as_str(), row.unit.as_str()], ["0.0 to 2.8", "µm"]);
+        assert!(a.sentence().ends_with("x_F is below 2.8 µm (95 %)."), "{}", a.sentence());
     }
 
     #[test]
