@@ -179,7 +179,7 @@ pub(crate) fn model_choice(
         });
     }
     let rival = comparison.rival(bic)?;
-    let delta_bic = (rival.bic - preferred.bic).abs();
+    let delta_bic = rival.bic - preferred.bic;
     Some(Warning::AmbiguousModel { chosen: preferred.model, rival: rival.model, delta_bic })
 }
 

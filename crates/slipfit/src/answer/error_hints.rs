@@ -27,8 +27,8 @@ impl Error {
             }
             Self::NoOscillation { .. } => vec![
                 Hint::new("signal", "names another column"),
-                Hint::new("kind", "says what it holds"),
-                Hint::new("band_hz", "says where to look"),
+                Hint::new("kind", "gives the quantity that it contains"),
+                Hint::new("band_hz", "limits the analysis to a range of frequencies"),
             ],
             Self::NoSuchRun { .. } => vec![Hint::new("run", "counts from 1")],
             Self::ConstantSignal { .. } => vec![Hint::new("signal", "names another column")],
@@ -65,7 +65,7 @@ impl Error {
             {
                 vec![
                     Hint::advice("sweep over several widths of the peak, with ten points or more within it"),
-                    Hint::new("band_hz", "says where to look"),
+                    Hint::new("band_hz", "limits the analysis to a range of frequencies"),
                 ]
             }
             Self::NoResonance { .. } => match analysis {
@@ -73,7 +73,7 @@ impl Error {
                 Analysis::Ringdown | Analysis::Resonance => vec![
                     Hint::new("amplitude", "names another column"),
                     Hint::new("frequency_unit", "gives the unit of the frequencies"),
-                    Hint::new("band_hz", "says where to look"),
+                    Hint::new("band_hz", "limits the analysis to a range of frequencies"),
                 ],
             },
             Self::ConflictingParameters { .. } => match analysis {
@@ -115,10 +115,10 @@ fn other_constants(unit: &str) -> Vec<Hint> {
     let angle = |advice: &'static str| ["deg", "rad"].map(|unit| Hint::new("unit", advice).with(unit));
     let read = || Hint::new("unit", "changes the unit read");
     if unit.is_empty() {
-        angle("says which angle it is").into()
+        angle("gives the unit of the angle").into()
     } else if Coordinate::Length.check_unit(unit).is_ok() {
         let constants = alternatives(["stiffness", "mass"], "calibrates a displacement");
-        [constants, angle("says that it is an angle")].concat()
+        [constants, angle("takes the signal as an angle")].concat()
     } else if Coordinate::Angle.check_unit(unit).is_ok() {
         let mut hints = alternatives(["torsion_stiffness", "inertia"], "calibrates an angle").to_vec();
         hints.push(read());

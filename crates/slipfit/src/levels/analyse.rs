@@ -206,7 +206,8 @@ fn warnings(
         && let Some(stuck_at) = b.stuck_above_threshold
         && stuck_at >= b.moving_from
     {
-        warnings.push(Warning::Hysteresis { stuck_at, moving_at: b.moving_from });
+        let unit = levels.drive_unit().to_owned();
+        warnings.push(Warning::Hysteresis { stuck_at, moving_at: b.moving_from, unit });
     }
     warnings
 }

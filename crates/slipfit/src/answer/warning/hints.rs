@@ -98,7 +98,7 @@ impl Warning {
             Warning::Jump { .. } => vec![Hint::new("band_hz", "selects one branch")],
             Warning::OneFlank { .. } => vec![Hint::advice("measure across the peak")],
             Warning::NegativeDelay { .. } => vec![
-                Hint::new("kind", "says what was measured"),
+                Hint::new("kind", "gives the quantity that was measured"),
                 Hint::advice("check that the phases are those of the response relative to the drive"),
             ],
             Warning::DriveDiffers { .. } => {

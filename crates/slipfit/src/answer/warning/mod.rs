@@ -125,7 +125,8 @@ pub enum Warning {
         chosen: LossModel,
         /// Its rival.
         rival: LossModel,
-        /// BIC of the rival minus that of the chosen model; negative if a model other than those compared is better.
+        /// BIC of the rival minus that of the chosen model; negative if the rival has the lower one: a model other than
+        /// those compared, or one whose further terms are not significant.
         delta_bic: f64,
     },
     /// The model requested is not the one that the data prefer.
@@ -441,6 +442,8 @@ pub enum Warning {
         stuck_at: f64,
         /// Lowest level at which it moved.
         moving_at: f64,
+        /// Unit of the drive.
+        unit: String,
     },
     /// Ring-down and resonance disagree at one condition of a series.
     Disagree {

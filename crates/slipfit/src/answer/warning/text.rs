@@ -19,6 +19,12 @@ fn bias(relative: f64) -> String {
     if relative.is_finite() { format!("by {}", signed_percent(relative)) } else { "without limit".into() }
 }
 
+/// A difference from the BIC of another model, with its direction: `higher by 1.2`.
+fn bic_by(difference: f64) -> String {
+    let direction = if difference < 0.0 { "lower" } else { "higher" };
+    format!("{direction} by {:.1}", difference.abs())
+}
+
 /// A value with its error, formatted as in the report.
 fn with_error([value, error]: [f64; 2], unit: &str) -> String {
     Rounded::new(value, error, unit).to_string()
@@ -150,11 +156,10 @@ impl fmt::Display for Warning {
             }
             Warning::AmbiguousModel { chosen, rival, delta_bic } => {
                 let how = if *delta_bic < 0.0 { "better than" } else { "as well as" };
-                let difference = delta_bic.abs();
-                write!(f, "{rival} explains the data {how} {chosen} (BIC differs by {difference:.1})")
+                write!(f, "{rival} explains the data {how} {chosen}: its BIC is {}", bic_by(*delta_bic))
             }
             Warning::ModelNotPreferred { asked, preferred, delta_bic } => {
-                write!(f, "the data prefer {preferred} to {asked} (BIC differs by {delta_bic:.1})")
+                write!(f, "the data prefer {preferred} to {asked}: its BIC is {}", bic_by(-delta_bic))
             }
             Warning::ModelUndetermined { asked, reported } => {
                 write!(f, "the data do not determine all parameters of {asked}: {reported} is reported")
@@ -320,9 +325,8 @@ impl fmt::Display for Warning {
                 };
                 write!(
                     f,
-                    "{terms} the curve as well (BIC differs by {:.1}), with x_F = {}; the intervals \
-                     include it",
-                    delta_bic.abs(),
+                    "{terms} the curve as well (BIC {}), with x_F = {}; the intervals include it",
+                    bic_by(*delta_bic),
                     with_error(*friction_displacement, unit)
                 )
             }
@@ -383,21 +387,21 @@ impl fmt::Display for Warning {
             Warning::DriveDiffers { given, by_shape, delta_bic, friction_displacement, unit } => write!(
                 f,
                 "the shape of the curve alone gives x_0 = {} instead of {}, which explains it {} (BIC \
-                 differs by {:.1}), with x_F = {}",
+                 {}), with x_F = {}",
                 with_error(*by_shape, unit),
                 plain(*given, 3, unit),
                 if *delta_bic < 0.0 { "better" } else { "as well" },
-                delta_bic.abs(),
+                bic_by(*delta_bic),
                 with_error(*friction_displacement, unit)
             ),
             Warning::ReferenceGain { ratio, delta_bic, friction_displacement, unit } => write!(
                 f,
                 "the shape of the curve alone gives {} times the drive of its reference, which explains \
-                 both curves {} (BIC differs by {:.1}), with x_F = {}: the x_0 of the reference is valid \
-                 only at the same gain and drive",
+                 both curves {} (BIC {}), with x_F = {}: the x_0 of the reference is valid only at the \
+                 same gain and drive",
                 figures(*ratio, 3),
                 if *delta_bic < 0.0 { "better" } else { "as well" },
-                delta_bic.abs(),
+                bic_by(*delta_bic),
                 with_error(*friction_displacement, unit)
             ),
             Warning::ReferenceSlides { p_value: p } => write!(
@@ -494,10 +498,12 @@ impl fmt::Display for Warning {
                     "the drive is not known in the unit of the amplitudes: the threshold is in the unit of the drive",
                 )
             }
-            Warning::Hysteresis { stuck_at, moving_at } => write!(
+            Warning::Hysteresis { stuck_at, moving_at, unit } => write!(
                 f,
-                "the mass sticks at {stuck_at:.4e} but moves at {moving_at:.4e}: static friction exceeds \
-                 sliding friction, or a level had not settled"
+                "the mass sticks at a drive of {} but moves at {}: static friction exceeds sliding friction, \
+                 or a level had not settled",
+                plain(*stuck_at, 4, unit),
+                plain(*moving_at, 4, unit)
             ),
             Warning::Disagree { condition, p_value: p } => {
                 write!(f, "{condition}: ring-down and resonance disagree ({})", p_value(*p))
@@ -534,6 +540,7 @@ impl fmt::Display for Warning {
 mod tests {
     use super::*;
     use crate::answer::Parameter;
+    use crate::model::loss::LossModel;
 
     #[test]
     fn a_value_is_rounded_to_its_error() {
@@ -571,6 +578,25 @@ mod tests {
         let all = said(vec![Parameter::NaturalFrequency, Parameter::DECAY_RATE]);
         assert!(all.contains("all measurements have one natural frequency and one decay rate"), "{all}");
         assert!(said(Vec::new()).ends_with("ring-down and resonance give different friction or damping"));
+    }
+
+    #[test]
+    fn a_comparison_of_models_states_which_has_the_lower_bic() {
+        let [chosen, rival] = [LossModel::VISCOUS_SLIDING, LossModel::VISCOUS_DRAG];
+        let ambiguous = |delta_bic| Warning::AmbiguousModel { chosen, rival, delta_bic }.to_string();
+        let data = "viscous+drag explains the data";
+        assert_eq!(ambiguous(1.24), format!("{data} as well as viscous+sliding: its BIC is higher by 1.2"));
+        assert_eq!(ambiguous(-1.24), format!("{data} better than viscous+sliding: its BIC is lower by 1.2"));
+        let asked = Warning::ModelNotPreferred { asked: rival, preferred: chosen, delta_bic: 7.0 };
+        let said = "the data prefer viscous+sliding to viscous+drag: its BIC is lower by 7.0";
+        assert_eq!(asked.to_string(), said);
+    }
+
+    #[test]
+    fn levels_of_the_drive_have_their_unit() {
+        let sticks = Warning::Hysteresis { stuck_at: 8.0e-3, moving_at: 6.0e-3, unit: "V".to_owned() };
+        let start = "the mass sticks at a drive of 8 mV but moves at 6 mV: static";
+        assert!(sticks.to_string().starts_with(start), "{sticks}");
     }
 
     #[test]
