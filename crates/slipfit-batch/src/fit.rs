@@ -50,7 +50,7 @@ fn block<T: Copy + Into<f64>>(
         frequency_hz.push(numbers.and_then(|numbers| numbers.frequency_hz).unwrap_or(f64::NAN));
         lacks_numbers.push(numbers.is_some_and(|numbers| numbers.missing.contains(&true)));
     }
-    let (fits, failed) = together.fit_apart(&traces);
+    let (fits, failed) = together.fit_with_failures(&traces);
     let friction_displacement = AmplitudeFit::friction_displacements(&fits, &frequency_hz);
     let p_value = AmplitudeFit::sliding_p_values(&fits, samples);
     let all = Fits { fits: &fits, friction_displacement: &friction_displacement, p_value: &p_value, samples };

@@ -101,7 +101,7 @@ fn seconds_since_1970_are_told_by_their_size() {
 }
 
 #[test]
-fn a_time_in_a_unit_of_something_else_is_told() {
+fn a_time_in_a_unit_of_another_quantity_gives_a_note() {
     for unit in ["mV", "rad"] {
         let reading = swing(plain(&format!("time ({unit});x (mm)")).as_bytes());
         let told = notes(&reading);
@@ -262,7 +262,7 @@ fn ticks_are_those_of_the_clock_that_a_remark_names() {
 }
 
 #[test]
-fn times_in_samples_need_a_rate_and_an_unknown_unit_is_told() {
+fn times_in_samples_need_a_rate_and_an_unknown_unit_gives_a_note() {
     let by_number = |header: &str| table(header, |k| format!("{k},{:.1}", x(k)));
     let read = |text: &str| read_from(text.as_bytes(), "swing.csv", &ReadOptions::default());
     let refused = read(&by_number("Time (samples),x")).unwrap_err().to_string();

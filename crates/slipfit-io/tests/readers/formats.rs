@@ -332,7 +332,7 @@ fn sweeps_are_read_as_tables() {
 }
 
 #[test]
-fn tables_hold_every_column_and_stop_where_told() {
+fn tables_hold_every_column_and_the_requested_number_of_rows() {
     let tables = read_tables(fixture("snappy.parquet"), 7).unwrap();
     assert_eq!((tables.format, tables.tables.len()), (Format::Parquet, 1));
     let table = &tables.tables[0];

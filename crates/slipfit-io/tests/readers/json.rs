@@ -103,7 +103,7 @@ fn rows_of_several_sensors_are_tables_named_after_them() {
 }
 
 #[test]
-fn what_json_lacks_is_counted_and_what_is_broken_is_told() {
+fn missing_values_of_json_are_counted_and_broken_json_is_refused() {
     let object = |k: usize| {
         let value = if k % 50 == 7 {
             ["null", "NaN", "\"overflow\""][k / 50 % 3].to_owned()

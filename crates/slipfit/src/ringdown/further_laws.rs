@@ -143,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn cubic_damping_that_passes_for_drag_is_told() {
+    fn cubic_damping_that_resembles_drag_gives_a_warning() {
         assert!(count_warned(|x, v| -DELTA * x * x * v, 0.01) >= 8);
         assert_eq!(count_warned(|_, v| -0.004 * v.abs() * v, 0.001), 0);
         assert_eq!(count_warned(|_, _| 0.0, 0.01), 0);

@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn every_other_release_is_left_out_and_the_longest_told() {
+    fn every_other_release_is_left_out_and_the_longest_is_in_a_warning() {
         let options = Options::default();
         let record = |repeat| releases(&[(0.1, 30.0), (0.12, 40.0), (0.08, 25.0)], repeat);
         assert_held(record, &options, Parameter::DECAY_RATE, DELTA);

@@ -209,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn amplitudes_that_nobody_called_so_are_told() {
+    fn unlabelled_amplitudes_are_refused_with_a_hint() {
         let time: Vec<f64> = (0..600).map(|i| 0.05 * f64::from(i)).collect();
         let falls = |t: f64, friction: f64| (10.0 * (-0.1 * t).exp() - friction * t).max(0.0);
         let error_of = |value: &dyn Fn(usize, f64) -> f64| {

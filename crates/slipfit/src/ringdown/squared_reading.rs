@@ -87,7 +87,7 @@ mod tests {
     }
 
     #[test]
-    fn an_acceleration_along_a_pendulum_is_told() {
+    fn an_acceleration_along_a_pendulum_gives_a_warning() {
         let length = 9.81 / 4.4f64.powi(2);
         for part in [0.8, 1.0] {
             for sign in [1.0, -1.0] {

@@ -219,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn a_knock_that_shifts_the_phase_is_told() {
+    fn a_knock_that_shifts_the_phase_gives_a_warning() {
         let knocked = |kick: f64| {
             move |t: f64| {
                 let since = (t - 11.3).max(0.0);

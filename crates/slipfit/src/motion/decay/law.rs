@@ -93,14 +93,14 @@ pub fn time_to_fall(from: f64, to: f64, rate: impl Fn(f64) -> f64) -> Result<f64
 /// [`Error::Parameter`] for an invalid argument, or if `loss_rate` returned a non-finite value.
 ///
 /// ```
-/// # use slipfit::motion::decay::law::friction_behind;
+/// # use slipfit::motion::decay::law::friction_from_loss_rate;
 /// // Sliding takes a constant amount of amplitude per second: the law is a constant force.
 /// let (m, omega, force) = (2.0, 5.0, 0.3);
 /// let loss = |_: f64| 2.0 * force / (std::f64::consts::PI * m * omega);
-/// assert!((friction_behind(m, omega, 0.7, loss)? - force).abs() < 1e-9);
+/// assert!((friction_from_loss_rate(m, omega, 0.7, loss)? - force).abs() < 1e-9);
 /// # Ok::<(), slipfit::Error>(())
 /// ```
-pub fn friction_behind(
+pub fn friction_from_loss_rate(
     mass: f64,
     omega: f64,
     speed: f64,
@@ -163,12 +163,12 @@ mod tests {
         for (i, law) in laws.iter().enumerate() {
             for u in [0.3, 1.0, 2.5] {
                 let loss = |a: f64| amplitude_loss_rate(m, omega, a, law).unwrap_or(f64::NAN);
-                let found = friction_behind(m, omega, u, loss).unwrap();
+                let found = friction_from_loss_rate(m, omega, u, loss).unwrap();
                 assert!((found / law(u) - 1.0).abs() < 1e-8, "{i} {u}: {found} {}", law(u));
             }
         }
-        assert!(friction_behind(m, omega, 0.0, |_| 1.0).is_err());
-        assert!(friction_behind(m, omega, 1.0, |_| f64::NAN).is_err());
+        assert!(friction_from_loss_rate(m, omega, 0.0, |_| 1.0).is_err());
+        assert!(friction_from_loss_rate(m, omega, 1.0, |_| f64::NAN).is_err());
     }
 
     #[test]

@@ -81,7 +81,7 @@ impl EvenTraces {
     /// Each trace has its own error: those of [`fit_amplitudes`], and [`Error::Length`] if its number of
     /// samples differs.
     pub fn fit<T: Copy + Into<f64>>(&self, traces: &[(&[T], f64)]) -> Vec<Result<AmplitudeFit, Error>> {
-        let (fits, failed) = self.fit_apart(traces);
+        let (fits, failed) = self.fit_with_failures(traces);
         let mut all: Vec<Result<AmplitudeFit, Error>> = fits.into_iter().map(Ok).collect();
         for (row, error) in failed {
             all[row] = Err(error);
@@ -91,7 +91,7 @@ impl EvenTraces {
 
     /// [`fit`](Self::fit) with the failures listed separately: their index, in order, and the error. Their
     /// entries in the list of fits contain NaN.
-    pub fn fit_apart<T: Copy + Into<f64>>(
+    pub fn fit_with_failures<T: Copy + Into<f64>>(
         &self,
         traces: &[(&[T], f64)],
     ) -> (Vec<AmplitudeFit>, Vec<(usize, Error)>) {
