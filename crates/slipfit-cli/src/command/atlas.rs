@@ -86,7 +86,7 @@ fn table(out: &mut dyn Write, q: &[f64], beta: &[f64], cells: &[Option<Cell>]) -
         write!(out, "{},{}", q[i % q.len()], beta[i / q.len()])?;
         match cell {
             Some(c) => {
-                write!(out, ",{:?},{:e}", c.method, c.gain)?;
+                write!(out, ",{},{:e}", c.method.name(), c.gain)?;
                 for (_, _, pick) in MAPS {
                     match pick(c) {
                         Some(error) => write!(out, ",{error:e}")?,

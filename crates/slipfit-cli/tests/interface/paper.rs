@@ -86,6 +86,7 @@ fn the_atlas_covers_its_map() {
     assert!(cells.iter().all(|c| c.len() == names.len()));
     let column = |name: &str| names.iter().position(|n| *n == name).unwrap();
     assert_eq!((cells[0][0], cells[39][1]), ("2", "0.99"));
+    assert!(cells.iter().all(|c| ["closed_form", "shooting", "full_stick"].contains(&c[column("way")])));
     // Without friction eqs. (8) and (14) are exact.
     for c in &cells[..8] {
         assert!(c[column("leading_flank_error")].parse::<f64>().unwrap() < 1e-9, "{c:?}");

@@ -19,6 +19,18 @@ pub enum SolutionMethod {
     FullStick,
 }
 
+impl SolutionMethod {
+    /// Name in tables: `closed_form`, `shooting` or `full_stick`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::ClosedForm => "closed_form",
+            Self::Shooting => "shooting",
+            Self::FullStick => "full_stick",
+        }
+    }
+}
+
 /// The exact steady motion and how it was found.
 #[derive(Debug, Clone)]
 pub struct Solution {
