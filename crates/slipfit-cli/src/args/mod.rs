@@ -38,8 +38,8 @@ pub(crate) use ringdown::{RingdownAnalysisArgs, RingdownArgs};
 pub(crate) use series::SeriesArgs;
 pub(crate) use shell::{CompletionsArgs, ManArgs};
 pub(crate) use simulate::{
-    Beginning, DecayArgs, DriveArgs, DrivenArgs, LevelsArgs, OutputKind, SimulateArgs, SimulateCommand,
-    SweepArgs, Tone, WaveArgs,
+    Beginning, DecayArgs, DriveArgs, DrivenArgs, LevelsArgs, OutputKind, SamplingArgs, SimulateArgs,
+    SimulateCommand, SweepArgs, Tone, WaveArgs,
 };
 use value::{
     Finite, InUnit, Inertia, Mass, Positive, Stiffness, TorsionStiffness, count, finite, not_negative,

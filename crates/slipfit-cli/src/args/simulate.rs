@@ -31,7 +31,8 @@ Examples:
       the amplitude of a tuning fork as a lock-in shows it
 
 The noise comes from the ChaCha12 generator of rand_chacha seeded with --seed, through the
-normal distribution of rand_distr: the same command gives the same bytes.";
+normal distribution of rand_distr: the same command gives the same bytes. On another
+system the last digit of a sample may differ.";
 
 /// A free decay with viscous and sliding friction, released at rest.
 ///
@@ -45,7 +46,7 @@ pub(crate) struct DecayArgs {
     #[command(flatten)]
     pub(crate) oscillator: OscillatorArgs,
 
-    /// Amplitude at the release
+    /// Displacement at the release; below zero on the other side of the rest position, zero for noise alone
     #[arg(long, value_name = "A", value_parser = finite, help_heading = "Record")]
     pub(crate) amplitude: f64,
 
@@ -67,7 +68,7 @@ pub(crate) struct DecayArgs {
     pub(crate) out: OutArgs,
 }
 
-// Length and sampling rate.
+// Length, sampling rate and digits of samples.
 #[derive(Debug, Args)]
 pub(crate) struct SamplingArgs {
     /// Length of the record [s]
@@ -77,6 +78,16 @@ pub(crate) struct SamplingArgs {
     /// Samples per second
     #[arg(long, value_name = "RATE", value_parser = positive, help_heading = "Record")]
     pub(crate) rate_hz: f64,
+
+    /// Significant digits of the samples in CSV; as many as read back to the same number unless given
+    #[arg(
+        long,
+        value_name = "N",
+        value_parser = clap::value_parser!(u8).range(1..=17),
+        conflicts_with = "turning_points",
+        help_heading = "Output"
+    )]
+    pub(crate) digits: Option<u8>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

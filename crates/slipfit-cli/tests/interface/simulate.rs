@@ -58,6 +58,55 @@ fn what_simulate_writes_ringdown_reads_back() {
     }
 }
 
+/// Seven digits would leave a rounding of 3e-8 of the amplitude, which a fit of samples without noise sees.
+#[test]
+fn samples_read_back_to_the_same_numbers() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name).display().to_string();
+    for (command, header) in [
+        ("decay --frequency-hz 1.3 --q 70 --amplitude 2.5e-8 --duration 4 --rate-hz 60", "displacement"),
+        (
+            "decay --frequency-hz 1.3 --q 70 --amplitude 0.5 --duration 4 --rate-hz 60 --output envelope",
+            "amplitude",
+        ),
+        ("driven --frequency-hz 1 --q 20 --drive-amplitude 1 --duration 4 --rate-hz 50", "displacement"),
+    ] {
+        simulate(&format!("{command} --out {}", file("a.csv")));
+        simulate(&format!("{command} --out {}", file("a.npy")));
+        let text = fs::read_to_string(file("a.csv")).unwrap();
+        let read = rows(&text, &format!("time (s),{header} (m)")).concat();
+        let bytes = fs::read(file("a.npy")).unwrap();
+        let exact: Vec<f64> = bytes[bytes.len() - 8 * read.len()..]
+            .chunks_exact(8)
+            .map(|b| f64::from_le_bytes(b.try_into().unwrap()))
+            .collect();
+        assert!(read == exact, "{command}");
+    }
+}
+
+#[test]
+fn a_release_on_the_other_side_is_the_mirror_image() {
+    let base = "decay --frequency-hz 1 --q 50 --beta 0.3 --duration 4 --rate-hz 20 --amplitude";
+    let rows = |amplitude: &str| rows(&simulate(&format!("{base} {amplitude}")), "time (s),displacement (m)");
+    assert!(rows("1").iter().zip(rows("-1")).all(|(a, b)| a[1] == -b[1]));
+    let driven = "driven --frequency-hz 1 --drive-amplitude 1 --duration 4 --rate-hz 20 --off-at 4";
+    assert!(refusal(driven).contains("--off-at 4: the record ends before it, at 4 s"));
+    let said = refusal(&format!("{base} 0"));
+    assert!(said.contains("--beta is a ratio to --amplitude, which is zero hint: --friction-dis"), "{said}");
+}
+
+#[test]
+fn digits_are_limited_on_request_and_in_text_only() {
+    let base = "decay --frequency-hz 1.3 --q 70 --amplitude 0.5 --duration 0.1 --rate-hz 60";
+    let text = simulate(&format!("{base} --digits 3"));
+    assert!(text.ends_with("0.1,3.42e-1\n"), "{text}");
+    let said = refusal(&format!("{base} --digits 3 --out a.npy"));
+    assert!(said.contains("--digits 3: only CSV has a number of digits"), "{said}");
+    assert!(refusal(&format!("{base} --digits 3 --json -")).contains("--digits 3"));
+    assert!(refusal(&format!("{base} --digits 3 --turning-points")).contains("--digits"));
+    assert!(refusal(&format!("{base} --digits 18")).contains("18"));
+}
+
 #[test]
 fn a_driven_record_is_the_exact_steady_motion() {
     let text = simulate(

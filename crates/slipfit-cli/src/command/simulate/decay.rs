@@ -18,7 +18,11 @@ const LOCK_IN_POINTS: u32 = 64;
 pub(super) fn run(args: &DecayArgs, to: &write::Destinations) -> Result<(), Failure> {
     let rows = rows(args.sampling.duration, args.sampling.rate_hz)?;
     let unit = &args.sample.unit;
-    let oscillator = oscillator(&args.oscillator, unit, |_| Ok(args.amplitude.abs()))?;
+    let oscillator = oscillator(&args.oscillator, unit, |_| match args.amplitude.abs() {
+        0.0 => Err(Failure::new("--beta is a ratio to --amplitude, which is zero")
+            .hint("--friction-displacement or --coulomb-force gives friction by itself")),
+        amplitude => Ok(amplitude),
+    })?;
     let friction = friction(&args.oscillator.minus, &oscillator, unit)?;
     let motion = DecayMotion::new(&oscillator, friction, args.amplitude).map_err(in_flags)?;
     let mut sheet = Sheet {
@@ -125,7 +129,10 @@ fn columns(args: &DecayArgs) -> Vec<Column> {
         OutputKind::Waveform => "displacement",
         OutputKind::Envelope => "amplitude",
     };
-    vec![Column::new("time", "s", Digits::Shortest), Column::new(name, &args.sample.unit, Digits::Seven)]
+    vec![
+        Column::new("time", "s", Digits::Shortest),
+        Column::of_samples(name, &args.sample.unit, args.sampling.digits),
+    ]
 }
 
 fn fill(args: &DecayArgs, half_period_s: f64, mut motion: DecayMotion) -> super::sheet::Fill<'_> {

@@ -18,6 +18,10 @@ pub(super) fn run(args: &DrivenArgs, to: &write::Destinations, color: ColorChoic
     let o = oscillator(&args.oscillator, unit, |o| drive::reference(&args.drive, o, unit))?;
     let friction = friction(&args.oscillator.minus, &o, unit)?;
     let wave = drive::wave(args, &o)?;
+    if let Some(off_at) = args.off_at.filter(|off_at| *off_at >= args.sampling.duration) {
+        let duration = args.sampling.duration;
+        return Err(Failure::new(format!("--off-at {off_at}: the record ends before it, at {duration} s")));
+    }
     if !args.turning_points {
         wave.drive.check_sampling(args.sampling.rate_hz).map_err(in_flags)?;
     }
@@ -69,7 +73,7 @@ pub(super) fn run(args: &DrivenArgs, to: &write::Destinations, color: ColorChoic
         parameters: all.0,
         columns: vec![
             Column::new("time", "s", Digits::Shortest),
-            Column::new("displacement", unit, Digits::Seven),
+            Column::of_samples("displacement", unit, args.sampling.digits),
         ],
         rows,
         fill: trace(args, motion.clone(), full_scale),

@@ -22,9 +22,12 @@ pub(crate) use sampling::Noise;
 
 pub(crate) fn run(args: &SimulateArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
     match &args.command {
-        SimulateCommand::Decay(args) => decay::run(args, &Destinations::new(&args.out, None)?)?,
+        SimulateCommand::Decay(args) => {
+            decay::run(args, &Destinations::of_samples(&args.out, &args.sampling, None)?)?;
+        }
         SimulateCommand::Driven(args) => {
-            let to = Destinations::new(&args.out, args.drive.drive_file.as_deref())?;
+            let input = args.drive.drive_file.as_deref();
+            let to = Destinations::of_samples(&args.out, &args.sampling, input)?;
             driven::run(args, &to, color)?;
         }
         SimulateCommand::Sweep(args) => scan::sweep(args, &Destinations::new(&args.out, None)?)?,

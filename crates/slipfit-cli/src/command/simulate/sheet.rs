@@ -55,15 +55,21 @@ pub(super) struct Column {
 pub(super) enum Digits {
     /// The shortest form that reads back to the same number.
     Shortest,
-    /// Seven significant digits, more than any converter has.
-    Seven,
-    /// Seventeen.
-    All,
+    /// The same with a power of ten.
+    ShortestPower,
+    /// This many significant digits, with a power of ten.
+    Significant(usize),
 }
 
 impl Column {
     pub(super) fn new(name: &'static str, unit: &str, digits: Digits) -> Self {
         Self { name, unit: unit.to_owned(), digits }
+    }
+
+    /// The samples of a waveform or an envelope, with as many digits as requested.
+    pub(super) fn of_samples(name: &'static str, unit: &str, digits: Option<u8>) -> Self {
+        let digits = digits.map_or(Digits::ShortestPower, |digits| Digits::Significant(digits.into()));
+        Self::new(name, unit, digits)
     }
 
     /// Name and unit.

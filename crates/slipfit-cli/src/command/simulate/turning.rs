@@ -3,8 +3,12 @@
 use super::sheet::{Column, Digits};
 use slipfit::motion::simulate::{Event, EventKind, Motion};
 
+/// Number of digits that determine any double.
+const ALL: usize = 17;
+
 pub(super) fn turning_point_columns(unit: &str) -> Vec<Column> {
-    vec![Column::new("time", "s", Digits::All), Column::new("turning point", unit, Digits::All)]
+    let digits = Digits::Significant(ALL);
+    vec![Column::new("time", "s", digits), Column::new("turning point", unit, digits)]
 }
 
 /// Time and position of each, stops included, up to `until_s`.

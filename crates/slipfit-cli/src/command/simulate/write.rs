@@ -2,7 +2,7 @@
 
 use super::parquet;
 use super::sheet::{Digits, Parameter, Sheet, Value, number};
-use crate::args::{OutArgs, RecordFormat};
+use crate::args::{OutArgs, RecordFormat, SamplingArgs};
 use crate::failure::Failure;
 use crate::output::{Outputs, Target};
 use crate::progress;
@@ -23,6 +23,23 @@ pub(super) struct Destinations {
 }
 
 impl Destinations {
+    /// The same for samples, with the requested number of digits, which applies to text only.
+    pub(super) fn of_samples(
+        out: &OutArgs,
+        sampling: &SamplingArgs,
+        input: Option<&Path>,
+    ) -> Result<Self, Failure> {
+        let to = Self::new(out, input)?;
+        if let Some(digits) = sampling.digits.filter(|_| to.table.is_none() || to.format != RecordFormat::Csv)
+        {
+            return Err(Failure::new(format!(
+                "--digits {digits}: only CSV has a number of digits; the other formats contain the whole numbers"
+            ))
+            .hint("leave it out, or write CSV with --out FILE.csv"));
+        }
+        Ok(to)
+    }
+
     /// The destinations of a run that reads `input`.
     pub(super) fn new(out: &OutArgs, input: Option<&Path>) -> Result<Self, Failure> {
         let mut outputs = Outputs::new(out.replace.force, input)?;
@@ -133,8 +150,8 @@ fn csv_row(out: &mut dyn Write, sheet: &Sheet<'_>, row: &[f64]) -> io::Result<()
             // Nothing was measured.
             _ if value.is_nan() => {}
             Digits::Shortest => write!(out, "{value}")?,
-            Digits::Seven => write!(out, "{value:.6e}")?,
-            Digits::All => write!(out, "{value:.16e}")?,
+            Digits::ShortestPower => write!(out, "{value:e}")?,
+            Digits::Significant(digits) => write!(out, "{value:.*e}", digits.saturating_sub(1))?,
         }
     }
     out.write_all(b"\n")
