@@ -357,6 +357,9 @@ pub enum OptionProblem {
     /// No table, or several, with this name or number.
     #[error("not the name of exactly one table; the tables are {0}")]
     NoSuchTable(String),
+    /// A table is named in a text that has only one.
+    #[error("a text file has no sheets")]
+    NoSheets,
     /// A table or run number greater than the number of tables side by side or of runs.
     #[error("the file has only {0}")]
     NumberTooLarge(usize),
@@ -366,6 +369,23 @@ pub enum OptionProblem {
     /// An option that cannot be combined with another one.
     #[error("cannot be combined with {0}")]
     Excludes(&'static str),
+    /// A kind of signals that a response cannot have.
+    #[error("the response of a curve is a displacement, a velocity or an acceleration")]
+    NotOfResponse,
+    /// An option for samples over time, given for a curve.
+    #[error("has no effect on a curve over frequency, which has no samples over time")]
+    NotOfCurve,
+    /// An option for a curve, given for driven records.
+    #[error("has no effect on driven records, of which frequencies, amplitudes and phases are computed")]
+    NotOfDrivenRecords,
+    /// The column that another option names as well.
+    #[error("{column} is also the {other}")]
+    SameColumn {
+        /// The column.
+        column: String,
+        /// What the other option names.
+        other: &'static str,
+    },
 }
 
 impl ReadProblem {
@@ -421,6 +441,22 @@ impl ReadProblem {
             }
             Self::Option { option, problem: OptionProblem::UnknownUnit(known), .. } => {
                 vec![Hint::new(option, format!("takes {known}"))]
+            }
+            Self::Option { problem: OptionProblem::NoSheets, .. } => vec![
+                Hint::new("part", "chooses one of several tables side by side"),
+                Hint::new("run", "chooses one of several runs"),
+            ],
+            Self::Option { problem: OptionProblem::NotOfCurve, .. } => vec![Hint::advice(
+                "leave it out; samples over time are read from several files or a folder, one record per frequency",
+            )],
+            Self::Option { problem: OptionProblem::NotOfDrivenRecords, .. } => {
+                vec![Hint::advice("leave it out, or give the one file that contains the curve")]
+            }
+            Self::Option { option: "quadrature", problem: OptionProblem::SameColumn { .. }, .. } => {
+                vec![Hint::new("quadrature", "names the Y output, which is not the column of the signal")]
+            }
+            Self::Option { problem: OptionProblem::SameColumn { .. }, .. } => {
+                vec![Hint::advice("name different columns")]
             }
             Self::NoTime { rate_hz, .. } => vec![
                 match rate_hz {

@@ -1,8 +1,13 @@
 //! Options that override what a file suggests.
 
+use std::path::Path;
+
 use slipfit::SignalKind;
 
-use crate::Format;
+use crate::{
+    Format,
+    error::{OptionProblem, ReadProblem},
+};
 
 /// How to read a file, for everything that it does not state itself. With the default everything is taken from the
 /// file; each reader uses the fields that concern it.
@@ -70,4 +75,76 @@ pub struct ReadOptions {
 impl ReadOptions {
     /// Half a gigabyte of times and values.
     pub const MOST_SAMPLES: usize = 1 << 25;
+
+    /// The options for `paths` if `others` are read with the same options, as a curve and its reference are. One file
+    /// contains a curve; several files or a folder are driven records. If only one of the two is a curve, each is read
+    /// with the options that concern it; otherwise the options do not change.
+    ///
+    /// ```
+    /// use slipfit_io::ReadOptions;
+    /// let options = ReadOptions { rate_hz: Some(1e3), phase: Some("3".into()), ..Default::default() };
+    /// let (curve, records) = (["free.csv"], ["1.csv", "2.csv"]);
+    /// let of_curve = options.beside(&curve, &records);
+    /// assert_eq!((of_curve.rate_hz, of_curve.phase.as_deref()), (None, Some("3")));
+    /// let of_records = options.beside(&records, &curve);
+    /// assert_eq!((of_records.rate_hz, of_records.phase), (Some(1e3), None));
+    /// assert_eq!(options.beside(&curve, &curve), options);
+    /// ```
+    #[must_use]
+    pub fn beside(&self, paths: &[impl AsRef<Path>], others: &[impl AsRef<Path>]) -> Self {
+        match [are_driven_records(paths), are_driven_records(others)] {
+            [true, false] => Self {
+                frequency: None,
+                frequency_unit: None,
+                centre_hz: None,
+                phase: None,
+                phase_unit: None,
+                real: None,
+                imaginary: None,
+                std_error: None,
+                kind: None,
+                ..self.clone()
+            },
+            [false, true] => Self { time: None, time_unit: None, rate_hz: None, ..self.clone() },
+            _ => self.clone(),
+        }
+    }
+
+    /// Checks that no option is given that has no effect on a curve.
+    pub(crate) fn check_for_curve(&self) -> Result<(), ReadProblem> {
+        let rate_hz = self.rate_hz.map(|rate_hz| rate_hz.to_string());
+        let without_effect = [("time", &self.time), ("time_unit", &self.time_unit), ("rate_hz", &rate_hz)];
+        refuse_given(&without_effect, OptionProblem::NotOfCurve)
+    }
+
+    /// Checks that no option is given that has no effect on driven records.
+    pub(crate) fn check_for_driven_records(&self) -> Result<(), ReadProblem> {
+        let centre_hz = self.centre_hz.map(|centre_hz| centre_hz.to_string());
+        let kind = self.kind.map(|kind| kind.name().to_owned());
+        let without_effect = [
+            ("frequency", &self.frequency),
+            ("frequency_unit", &self.frequency_unit),
+            ("centre_hz", &centre_hz),
+            ("phase", &self.phase),
+            ("phase_unit", &self.phase_unit),
+            ("real", &self.real),
+            ("imaginary", &self.imaginary),
+            ("std_error", &self.std_error),
+            ("kind", &kind),
+        ];
+        refuse_given(&without_effect, OptionProblem::NotOfDrivenRecords)
+    }
+}
+
+/// Whether these paths of a resonance are driven records, one per frequency, and not a file that contains a curve.
+pub(crate) fn are_driven_records(paths: &[impl AsRef<Path>]) -> bool {
+    !matches!(paths, [one] if !one.as_ref().is_dir())
+}
+
+fn refuse_given(
+    options: &[(&'static str, &Option<String>)],
+    problem: OptionProblem,
+) -> Result<(), ReadProblem> {
+    let given = options.iter().find_map(|(option, value)| Some((*option, (*value).clone()?)));
+    given.map_or(Ok(()), |(option, value)| Err(ReadProblem::Option { option, value, problem }))
 }

@@ -52,7 +52,7 @@ impl Analysed {
             let (unit, other) = (reading.curve.unit(), free.curve.unit());
             if unit != other {
                 return Err(Refusal::new(format!(
-                    "reference {}: its amplitudes are in `{other}`, those of {} in `{unit}`; unit says what both are in",
+                    "reference {}: its amplitudes are in `{other}`, those of {} in `{unit}`; give the unit of both curves",
                     free.report.path, reading.report.path
                 )));
             }

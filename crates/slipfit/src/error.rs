@@ -248,7 +248,8 @@ pub fn out_of_range(name: &str, value: f64, range: &str) -> String {
 
 /// The part of the message about the number of cycles; empty if there are enough, or none.
 fn too_few(cycles: f64, needed: f64) -> String {
-    if cycles >= needed || cycles == 0.0 {
+    // Not a number if the cycles could not be counted.
+    if !(cycles > 0.0 && cycles < needed) {
         return String::new();
     }
     format!("{cycles:.1} cycles of free decay above the noise ({needed} are needed); ")
@@ -339,6 +340,7 @@ mod tests {
         let refusal = |cycles| Error::NotARingDown { cycles, needed: 2.0, reason: "it grows" }.to_string();
         assert_eq!(refusal(7.8), "not a ring-down: it grows");
         assert_eq!(refusal(0.0), "not a ring-down: it grows");
+        assert_eq!(refusal(f64::NAN), "not a ring-down: it grows");
         assert_eq!(
             refusal(1.6),
             "not a ring-down: 1.6 cycles of free decay above the noise (2 are needed); it grows"

@@ -5,7 +5,7 @@ use crate::failure::Failure;
 use clap::Args;
 use slipfit::Calibration;
 use slipfit::answer::hint::Analysis;
-use slipfit::model::displacement::Coordinate;
+use slipfit::model::displacement::{Coordinate, DisplacementUnit};
 
 /// At most one mechanical constant.
 #[derive(Debug, Args)]
@@ -49,12 +49,18 @@ impl CalibrationArgs {
         })
     }
 
-    /// A note for the case that the constant is given and the unit of the signal is not.
+    /// A note for the case that the constant is given and the unit of the signal is unknown or no length.
     pub(crate) fn unit_note(&self, unit: &str) -> Option<String> {
-        let (flag, _) = self.given().filter(|_| unit.trim().is_empty())?;
-        Some(format!(
-            "{flag}: the unit of the signal is unknown, so the force is in N/m times it; --unit gives it"
-        ))
+        let (flag, _) = self.given().filter(|_| !DisplacementUnit::gives_forces(unit))?;
+        Some(match unit.trim() {
+            "" => format!(
+                "{flag}: the unit of the signal is unknown, so the force is in N/m times it; --unit gives it"
+            ),
+            unit => format!(
+                "{flag}: the signal is in {unit}, which is not a length, so the force is in N/m times {unit}; --unit \
+                 gives the unit of a displacement"
+            ),
+        })
     }
 
     pub(crate) fn constant(&self) -> Option<Calibration> {

@@ -3,6 +3,7 @@
 use super::calibration::CalibrationArgs;
 use super::value::{Finite, Law, Loss, Positive, band, model_help, number};
 use super::{AnswerArgs, ReadingArgs, TableArgs};
+use crate::failure::Failure;
 use clap::Args;
 use glob::Pattern;
 use serde::Deserialize;
@@ -116,6 +117,18 @@ pub(crate) struct RingdownAnalysisArgs {
 }
 
 impl RingdownArgs {
+    /// Checks that a pattern is given together with a folder: it does not apply to files that are named.
+    pub(crate) fn check_glob(&self) -> Result<(), Failure> {
+        let Some(pattern) = &self.glob else { return Ok(()) };
+        // A path that does not exist is refused when it is read.
+        let is_file = |path: &PathBuf| path.as_os_str() == "-" || path.exists() && !path.is_dir();
+        if !self.files.iter().all(is_file) {
+            return Ok(());
+        }
+        Err(Failure::new(format!("--glob {pattern}: selects files in folders, and no folder is given"))
+            .hint("give the folder, with the pattern in quotes so that the shell does not replace it; or leave --glob out"))
+    }
+
     /// All files that are read, with each folder replaced by the files in it. A folder that is empty or cannot be
     /// read stays, and its row reports that.
     pub(crate) fn inputs(&self) -> Vec<PathBuf> {

@@ -24,9 +24,10 @@ pub(crate) fn run(args: &ResonanceArgs, color: ColorChoice) -> Result<ExitCode, 
     let to = Destinations::new(&args.out, args.inputs())?;
     let curve = args.curve.options();
     let (reference, reading, options, answer) = progress::with_spinner("analysing", args.out.quiet, || {
-        let reference = read_reference(args.reference.as_deref(), &curve)?;
+        let [own, of_reference] = reading_options(&curve, &args.files, args.reference.as_deref());
+        let reference = read_reference(args.reference.as_deref(), &of_reference)?;
         let given = (args.options(), args.analysis.drive_unit());
-        let (reading, options) = prepare(&args.files, &curve, given, reference.as_ref())?;
+        let (reading, options) = prepare(&args.files, &own, given, reference.as_ref())?;
         args.calibration.check(reading.curve.unit())?;
         let file = Path::new(&reading.report.path);
         let answer = analyse(&reading.curve, &options)
@@ -46,11 +47,14 @@ pub(crate) fn run(args: &ResonanceArgs, color: ColorChoice) -> Result<ExitCode, 
 fn many(args: &ResonanceArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
     let (curve, options, drive_unit) = (args.curve.options(), args.options(), args.analysis.drive_unit());
     // Read once, because it is the same for all files.
-    let reference = read_reference(args.reference.as_deref(), &curve)?;
+    let [_, of_reference] = reading_options(&curve, &args.files[..1], args.reference.as_deref());
+    let reference = read_reference(args.reference.as_deref(), &of_reference)?;
     let fingerprint = reference.as_ref().map(|r| r.report.sha256.as_str()).unwrap_or_default();
     let one = |file: &Path| {
         let given = (options.clone(), drive_unit.clone());
-        let (reading, options) = prepare(&[file.to_owned()], &curve, given, reference.as_ref())?;
+        let files = [file.to_owned()];
+        let [own, _] = reading_options(&curve, &files, args.reference.as_deref());
+        let (reading, options) = prepare(&files, &own, given, reference.as_ref())?;
         args.calibration.check(reading.curve.unit())?;
         let answer = analyse(&reading.curve, &options)
             .map_err(|e| Failure::analysing(Analysis::Resonance, file, &e))?;
@@ -68,6 +72,18 @@ fn many(args: &ResonanceArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
         one: &one,
     };
     batch::run(&task, color)
+}
+
+/// The options for the input of an analysis and for its friction-free curve.
+pub(crate) fn reading_options(
+    options: &ReadOptions,
+    files: &[PathBuf],
+    reference: Option<&Path>,
+) -> [ReadOptions; 2] {
+    match reference {
+        Some(file) => [options.beside(files, &[file]), options.beside(&[file], files)],
+        None => [options.clone(), options.clone()],
+    }
 }
 
 /// Reads the friction-free curve, if there is one.
@@ -107,7 +123,7 @@ pub(crate) fn prepare(
                 "--reference {}: its amplitudes are in `{other}`, those of {} in `{unit}`",
                 reference.report.path, reading.report.path
             ))
-            .hint("--unit says what both are in"));
+            .hint("give the unit of both curves with --unit"));
         }
         options.reference = Some(reference.curve.clone());
     }

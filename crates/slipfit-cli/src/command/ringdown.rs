@@ -6,10 +6,9 @@ use crate::batch;
 use crate::failure::Failure;
 use crate::progress;
 use anstream::ColorChoice;
-use slipfit::SignalKind;
 use slipfit::answer::hint::Analysis;
 use slipfit::ringdown::{Answer, Options, analyse};
-use slipfit_io::{Format, Reading};
+use slipfit_io::Reading;
 use slipfit_report::AnalysedRingdown;
 use std::path::Path;
 use std::process::ExitCode;
@@ -18,6 +17,7 @@ use std::process::ExitCode;
 const LARGE: u64 = 32 << 20;
 
 pub(crate) fn run(args: &RingdownArgs, color: ColorChoice) -> Result<ExitCode, Failure> {
+    args.check_glob()?;
     let files = args.inputs();
     if args.table.table.is_some() || files.len() > 1 || files != args.files {
         let task = batch::Task {
@@ -42,7 +42,8 @@ pub(crate) fn run(args: &RingdownArgs, color: ColorChoice) -> Result<ExitCode, F
     // The report contains the name used for standard input.
     let file = Path::new(&reading.report.path);
     let analysed = AnalysedRingdown { file, reading: &reading, options: &options, answer: &answer };
-    show(&args.out, &to, &analysed, args.calibration.unit_note(reading.record.unit()), color)
+    let unit = args.calibration.unit_note(reading.record.unit());
+    show(&args.out, &to, &analysed, unit.or_else(|| band_note(&reading, args)), color)
 }
 
 /// A file after reading and analysis.
@@ -102,16 +103,17 @@ fn analyse_reading(reading: Reading, args: &RingdownArgs) -> Result<Done, Failur
 
 /// A flag that would have no effect is an error.
 fn check_flags(reading: &Reading, args: &RingdownArgs) -> Result<(), Failure> {
-    let amplitudes = matches!(reading.record.kind(), SignalKind::Envelope | SignalKind::LockIn);
-    if args.options().frequency_hz.is_some() && !amplitudes {
+    if args.options().frequency_hz.is_some() && reading.record.kind().oscillates() {
         return Err(Failure::new(
             "--frequency-hz is only for records of amplitudes; the frequency of this one is fitted",
         )
         .hint("--band limits the frequencies"));
     }
-    if let Some(sheet) = args.reading.sheet.as_ref().filter(|_| reading.report.format == Format::Text) {
-        return Err(Failure::new(format!("--sheet {}: a text file has no sheets", sheet.0))
-            .hint("--part chooses one of several tables side by side, --run one of several runs"));
-    }
     Ok(())
+}
+
+/// A note for the case that a band is given for amplitudes, which do not oscillate.
+fn band_note(reading: &Reading, args: &RingdownArgs) -> Option<String> {
+    let [low, high] = args.options().band_hz.filter(|_| !reading.record.kind().oscillates())?;
+    Some(format!("--band {low} {high} has no effect on a record of amplitudes, which does not oscillate"))
 }

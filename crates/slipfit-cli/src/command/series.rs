@@ -81,9 +81,10 @@ fn read(entry: &Entry) -> Result<(Data, Input), Failure> {
             (Data::RingDown { record: Box::new(reading.record), options: Box::new(options) }, input)
         }
         Source::Sweep { files, reference, reading, options, drive_unit } => {
-            let reference = super::resonance::read_reference(reference.as_deref(), reading)?;
+            let [own, of_reference] = super::resonance::reading_options(reading, files, reference.as_deref());
+            let reference = super::resonance::read_reference(reference.as_deref(), &of_reference)?;
             let given = ((**options).clone(), drive_unit.clone());
-            let (reading, options) = super::resonance::prepare(files, reading, given, reference.as_ref())?;
+            let (reading, options) = super::resonance::prepare(files, &own, given, reference.as_ref())?;
             let input = Input {
                 path: reading.report.path,
                 sha256: reading.report.sha256,

@@ -317,7 +317,62 @@ fn codes(answer: &Value) -> Vec<String> {
 }
 
 #[test]
-fn odd_curves_are_told() {
+fn options_of_the_other_kind_of_input_are_refused() {
+    let sweep = example(SWEEP);
+    for (option, value) in [("--rate-hz", "10"), ("--time", "t"), ("--time-unit", "ms")] {
+        let said = refused(&["resonance", option, value], &sweep);
+        let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
+        let expected = format!("{SWEEP}: {option} {value}: has no effect on a curve over frequency");
+        assert!(said.contains(&expected) && said.contains("hint: leave it out"), "{said}");
+    }
+    let folder = tempfile::tempdir().unwrap();
+    for hz in (0..21).map(|i| 9.5 + 0.05 * f64::from(i)) {
+        let omega = std::f64::consts::TAU * hz;
+        let height = 1.0 / ((hz - 10.0) / 0.1).hypot(1.0);
+        let row = |i: u32| {
+            let t = 0.01 * f64::from(i);
+            format!("{},{}\n", height * (omega * t).cos(), (omega * t).cos())
+        };
+        let text: String = (0..1000).map(row).collect();
+        write(&folder, &format!("{hz}.csv"), &format!("position (mm),drive\n{text}"));
+    }
+    let records = folder.path();
+    for (option, value) in [("--phase", "3"), ("--frequency-unit", "kHz"), ("--kind", "velocity")] {
+        let said = refused(&["resonance", "--rate-hz", "100", option, value], records);
+        let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(said.contains(&format!("{option} {value}: has no effect on driven records")), "{said}");
+    }
+    // A reference of the other kind is read with the options that concern it.
+    let other = tempfile::tempdir().unwrap();
+    let free = write(&other, "free.csv", &lorentzian(&[(10.0, 1.0)], 101, Some(1.0)));
+    let options = ["--rate-hz", "100", "--frequency-unit", "Hz", "--unit", "mm", "--reference"];
+    let mut arguments = vec!["resonance"];
+    arguments.extend(options);
+    arguments.push(free.to_str().unwrap());
+    json(&arguments, records);
+}
+
+/// The force of a curve in volts was in N/m times V without a word.
+#[test]
+fn a_force_of_a_signal_that_is_no_length_has_a_note() {
+    let said = |command: &str, file: &str, unit: &str| {
+        let constant = ["--unit", unit, "--stiffness", "3"];
+        let output = slipfit().arg(command).arg(example(file)).args(constant).output().unwrap();
+        assert!(output.status.success(), "{output:?}");
+        String::from_utf8(output.stderr).unwrap().split_whitespace().collect::<Vec<_>>().join(" ")
+    };
+    for (command, file) in
+        [("resonance", SWEEP), ("levels", "tuning_fork_9nN_levels.csv"), ("ringdown", "tuning_fork_9nN.csv")]
+    {
+        let note =
+            "note: --stiffness: the signal is in V, which is not a length, so the force is in N/m times V;";
+        assert!(said(command, file, "V").contains(note), "{command}: {}", said(command, file, "V"));
+        assert!(!said(command, file, "nm").contains("--stiffness"));
+    }
+}
+
+#[test]
+fn odd_curves_give_warnings() {
     let folder = tempfile::tempdir().unwrap();
     let two = write(&folder, "two.csv", &lorentzian(&[(9.6, 1.0), (10.4, 0.8)], 201, None));
     assert!(codes(&json(&["resonance"], &two)).contains(&"second_peak".to_owned()));

@@ -152,6 +152,95 @@ fn a_folder_gives_a_row_for_each_of_its_files() {
     assert!(shown.starts_with("| file | status |"), "a folder gives a table, {shown}");
 }
 
+/// Without quotes the shell replaces the pattern by the first file, which is then left out of the table.
+#[test]
+fn a_pattern_without_a_folder_is_refused() {
+    let folder = folder(&["a.csv", "b.csv"]);
+    for files in [&["a.csv", "b.csv"][..], &["b.csv"]] {
+        let output =
+            slipfit().current_dir(folder.path()).args(["ringdown", "--glob", "a.csv"]).args(files).output();
+        let output = output.unwrap();
+        assert_eq!((output.status.code(), output.stdout.len()), (Some(2), 0), "{output:?}");
+        let said = String::from_utf8(output.stderr).unwrap();
+        let start = "error: --glob a.csv: selects files in folders, and no folder is given\n  hint: ";
+        assert!(said.starts_with(start), "{said}");
+    }
+    let output = slipfit().current_dir(folder.path()).args(["ringdown", "--glob", "*", "no.csv"]).output();
+    let said = String::from_utf8(output.unwrap().stderr).unwrap();
+    assert!(said.starts_with("error: no.csv: ") && !said.contains("--glob"), "{said}");
+    // Together with a folder it applies to the files in it.
+    let shown = stdout(slipfit().current_dir(folder.path()).args(["ringdown", ".", "b.csv", "--glob", "a*"]));
+    assert_eq!(shown.matches(".csv |").count(), 2, "{shown}");
+}
+
+#[test]
+fn a_band_of_amplitudes_has_a_note() {
+    let folder = folder(&[]);
+    let rows = (0..400).map(|i| 0.1 * f64::from(i)).map(|t| format!("{t:.1},{}\n", 3.0 * (-0.1 * t).exp()));
+    fs::write(folder.path().join("a.csv"), format!("t (s),R (mV)\n{}", rows.collect::<String>())).unwrap();
+    let arguments = ["ringdown", "a.csv", "--kind", "envelope", "--band", "1", "2"];
+    let output = slipfit().current_dir(folder.path()).args(arguments).output().unwrap();
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(said.contains("note: --band 1 2 has no effect on a record of amplitudes"), "{said}");
+}
+
+/// `--sheet` was refused for every text, although it chooses one of the tables below each other.
+#[test]
+fn a_table_of_a_text_is_chosen_by_its_number() {
+    let folder = folder(&["a.csv"]);
+    let path = folder.path().join("two.csv");
+    fs::write(&path, swing() + "\n" + &swing().replace("Angle (rad)", "Position (mm)")).unwrap();
+    let unit = |arguments: &[&str]| {
+        let text = stdout(slipfit().arg("ringdown").arg(&path).args(arguments).args(["--json", "-"]));
+        let answer: serde_json::Value = serde_json::from_str(&text).unwrap();
+        answer["parameters"]["friction_displacement"]["unit"].as_str().unwrap().to_owned()
+    };
+    assert_eq!([unit(&[]), unit(&["--sheet", "2"])], ["rad", "mm"]);
+}
+
+/// A lock-in of two equal outputs has a phase of 45 degrees, whatever the motion.
+#[test]
+fn options_without_effect_and_two_options_with_one_column_are_refused() {
+    let folder = folder(&["a.csv"]);
+    let levels = "drive (nm),amplitude (nm)\n1,1\n2,2\n3,3\n4,4\n5,5\n";
+    fs::write(folder.path().join("levels.csv"), levels).unwrap();
+    fs::write(folder.path().join("curve.csv"), "f (Hz),R (V),D (V)\n1,1,1\n2,3,1\n3,1,1\n").unwrap();
+    for (arguments, expected) in [
+        (
+            "ringdown a.csv --signal 2 --quadrature angle",
+            "a.csv: --quadrature angle: column 2 `Angle (rad)` is also the signal\n  hint: --quadrature names the Y",
+        ),
+        (
+            "ringdown a.csv --rate-hz 50 --time-unit ms",
+            "--time-unit ms: cannot be combined with a sampling rate\n",
+        ),
+        (
+            "resonance curve.csv --kind envelope",
+            "--kind envelope: the response of a curve is a displacement, a",
+        ),
+        ("resonance curve.csv --sheet x", "--sheet x: a text file has no sheets hint: --part"),
+        (
+            "ringdown a.csv --signal 2 --time 2",
+            "a.csv: --time 2: column 2 `Angle (rad)` is also the signal\n",
+        ),
+        (
+            "levels levels.csv --drive 2 --amplitude 2",
+            "--amplitude 2: column 2 `amplitude (nm)` is also the drive\n",
+        ),
+        ("resonance curve.csv --real 2 --imaginary 2", "--imaginary 2: column 2 `R (V)` is also the real\n"),
+        (
+            "resonance curve.csv --amplitude 2 --drive R",
+            "--drive R: column 2 `R (V)` is also the amplitude\n",
+        ),
+    ] {
+        let output = slipfit().current_dir(folder.path()).args(arguments.split(' ')).output().unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!((output.status.code(), output.stdout.len()), (Some(2), 0), "{arguments}: {said}");
+        let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(words(&said).contains(&words(expected)), "{arguments}: {said}");
+    }
+}
+
 #[cfg(unix)]
 #[test]
 fn a_folder_without_permission_is_a_row() {

@@ -108,6 +108,23 @@ impl<'a> Chooser<'a> {
         wanted.as_ref().map(|wanted| self.head.find(option, wanted, &self.near)).transpose()
     }
 
+    /// Checks that no two of these options name the same column.
+    pub(crate) fn check_distinct(
+        &self,
+        options: &[(&'static str, &Option<String>)],
+    ) -> Result<(), ReadProblem> {
+        let mut named: Vec<(&'static str, usize)> = Vec::new();
+        for &(option, wanted) in options {
+            let Some((value, index)) = wanted.clone().zip(self.asked(option, wanted)?) else { continue };
+            if let Some((other, _)) = named.iter().find(|(_, taken)| *taken == index) {
+                let problem = OptionProblem::SameColumn { column: self.label(index), other };
+                return Err(ReadProblem::Option { option, value, problem });
+            }
+            named.push((option, index));
+        }
+        Ok(())
+    }
+
     pub(crate) fn choose_column(&self, index: usize, why: &str) -> ChosenColumn {
         let unit = self.head.names[index].unit.clone();
         ChosenColumn { index, unit, why: format!("{}: {why}", self.label(index)) }

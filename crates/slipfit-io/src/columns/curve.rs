@@ -13,7 +13,11 @@ use super::{
     scattering::scattering,
     units::{self, Measures},
 };
-use crate::{error::ReadProblem, options::ReadOptions, report::Note};
+use crate::{
+    error::{OptionProblem, ReadProblem},
+    options::ReadOptions,
+    report::Note,
+};
 
 /// Columns and settings with which a curve is read.
 #[derive(Debug, Clone, PartialEq)]
@@ -50,6 +54,20 @@ pub(crate) fn choose(head: &Head, values: &[Vec<f64>], options: &ReadOptions) ->
 impl Chooser<'_> {
     fn curve(mut self) -> Result<Choice, ReadProblem> {
         let (runs, run) = self.take_run()?;
+        let o = self.options;
+        if let Some(kind) = o.kind.filter(|kind| !kind.oscillates()) {
+            let (value, problem) = (kind.name().to_owned(), OptionProblem::NotOfResponse);
+            return Err(ReadProblem::Option { option: "kind", value, problem });
+        }
+        self.check_distinct(&[
+            ("frequency", &o.frequency),
+            ("amplitude", &o.amplitude),
+            ("real", &o.real),
+            ("imaginary", &o.imaginary),
+            ("phase", &o.phase),
+            ("drive", if self.is_without_drive() { &None } else { &o.drive }),
+            ("std_error", &o.std_error),
+        ])?;
         let frequency = self.frequency()?;
         let indices = |columns: Vec<(&str, &ChosenColumn)>| columns.into_iter().map(|c| c.1.index).collect();
         let mut taken: Vec<usize> = indices(frequency.columns());

@@ -30,14 +30,19 @@ impl Drive {
 }
 
 impl Chooser<'_> {
+    /// Whether the option states that there is no drive; a column may be named `none`.
+    pub(super) fn is_without_drive(&self) -> bool {
+        let none = |wanted: &str| wanted.trim().eq_ignore_ascii_case("none");
+        self.options.drive.as_deref().is_some_and(none)
+            && !self.head.names.iter().any(|name| none(&name.bare))
+    }
+
     pub(super) fn drive(
         &mut self,
         response: &Response,
         taken: &[usize],
     ) -> Result<Option<Drive>, ReadProblem> {
-        let none = |wanted: &String| wanted.trim().eq_ignore_ascii_case("none");
-        let is_none = self.options.drive.as_ref().is_some_and(none);
-        if is_none && !self.head.names.iter().any(|name| none(&name.bare)) {
+        if self.is_without_drive() {
             return Ok(None);
         }
         if let Some(index) = self.asked("drive", &self.options.drive)? {

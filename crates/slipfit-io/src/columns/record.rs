@@ -49,9 +49,11 @@ pub(crate) fn choose(
     file: &str,
     options: &ReadOptions,
 ) -> Result<Choice, ReadProblem> {
-    if let (Some(time), Some(_)) = (&options.time, options.rate_hz) {
+    let given = [("time", &options.time), ("time_unit", &options.time_unit)];
+    let given = given.into_iter().find_map(|(option, value)| Some((option, value.clone()?)));
+    if let (Some((option, value)), Some(_)) = (given, options.rate_hz) {
         let problem = OptionProblem::Excludes("a sampling rate");
-        return Err(ReadProblem::Option { option: "time", value: time.clone(), problem });
+        return Err(ReadProblem::Option { option, value, problem });
     }
     Chooser::of_record(head, values, options).record(file)
 }
@@ -61,6 +63,11 @@ impl Chooser<'_> {
         let options = self.options;
         let (group, parts, runs) = self.group()?;
         self.near = group.columns;
+        self.check_distinct(&[
+            ("signal", &options.signal),
+            ("quadrature", &options.quadrature),
+            ("time", &options.time),
+        ])?;
         let signal = self.asked("signal", &options.signal)?;
         let quadrature = self.asked("quadrature", &options.quadrature)?;
         let time = self.asked("time", &options.time)?;

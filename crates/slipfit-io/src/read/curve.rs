@@ -41,6 +41,7 @@ pub(crate) fn read_paths(paths: &[PathBuf], options: &ReadOptions) -> Result<Swe
 /// Reads the curve of the requested table, or of the first one that contains a curve.
 pub(crate) fn read(origin: Origin<'_>, name: &str, options: &ReadOptions) -> Result<SweepReading, ReadError> {
     let from_source = |source: &mut dyn TableSource| {
+        options.check_for_curve()?;
         let tables = gathered(source, usize::MAX)?;
         from_tables(&tables, options)
     };
@@ -57,7 +58,10 @@ pub(super) fn from_tables(
 ) -> Result<SweepReading, ReadProblem> {
     let names: Vec<&str> = tables.iter().map(|t| t.head.name.as_str()).collect();
     let candidates: Vec<usize> = match &options.sheet {
-        Some(wanted) => vec![pick::find(wanted, &names)?],
+        Some(wanted) => {
+            let is_text = tables.iter().any(|table| table.dialect.is_some());
+            vec![pick::find(wanted, &names, is_text)?]
+        }
         None => (0..tables.len()).collect(),
     };
     let mut problem = None;

@@ -13,7 +13,7 @@ use slipfit::{
 use super::{open::Origin, record};
 use crate::{
     columns::{head::Head, role::Role},
-    error::{ReadError, ReadProblem},
+    error::{OptionProblem, ReadError, ReadProblem},
     hashing::hexadecimal,
     options::ReadOptions,
     report::{ColumnTaken, DrivenRecord, Note, ReadReport, Reading, SweepReading, TimeSource},
@@ -35,6 +35,7 @@ pub(crate) fn files(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
 
 /// Reads and demodulates the records of `files`; `name` identifies them all.
 pub(super) fn read(files: &[PathBuf], name: &str, options: &ReadOptions) -> Result<SweepReading, ReadError> {
+    options.check_for_driven_records().map_err(|problem| ReadError::new(name, problem))?;
     let (mut records, mut refused): (Vec<DrivenRecord>, Vec<String>) = (Vec::new(), Vec::new());
     let mut first: Option<One> = None;
     let mut others: Vec<Note> = Vec::new();
@@ -151,7 +152,12 @@ fn drive(
 ) -> Result<Option<(usize, &'static str)>, ReadProblem> {
     let all = head.all();
     if let Some(wanted) = &options.drive {
-        return Ok(Some((head.find("drive", wanted, &all)?, "asked for")));
+        let index = head.find("drive", wanted, &all)?;
+        if index + 1 == response.column.number {
+            let problem = OptionProblem::SameColumn { column: head.label(index), other: "response" };
+            return Err(ReadProblem::Option { option: "drive", value: wanted.clone(), problem });
+        }
+        return Ok(Some((index, "asked for")));
     }
     let time = match &reading.report.time {
         Some(TimeSource::Column(t) | TimeSource::Intervals(t)) => t.column.number,

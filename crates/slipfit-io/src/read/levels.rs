@@ -29,7 +29,8 @@ pub(crate) fn read(origin: Origin<'_>, name: &str, options: &ReadOptions) -> Res
 fn from_tables(tables: &[LoadedTable], options: &ReadOptions) -> Result<LevelReading, ReadProblem> {
     let names: Vec<&str> = tables.iter().map(|t| t.head.name.as_str()).collect();
     if let Some(wanted) = &options.sheet {
-        return from_table(&tables[pick::find(wanted, &names)?], &[], options);
+        let is_text = tables.iter().any(|table| table.dialect.is_some());
+        return from_table(&tables[pick::find(wanted, &names, is_text)?], &[], options);
     }
     let (mut reading, note) = match curves(tables) {
         Some((joint, starts)) => {
@@ -122,6 +123,13 @@ impl Chooser<'_> {
             let problem = OptionProblem::Excludes("real and imaginary");
             return Err(ReadProblem::Option { option: "amplitude", value: value.clone(), problem });
         }
+        self.check_distinct(&[
+            ("drive", &options.drive),
+            ("amplitude", &options.amplitude),
+            ("real", &options.real),
+            ("imaginary", &options.imaginary),
+            ("std_error", &options.std_error),
+        ])?;
         let parts = self.parts()?;
         let beside: Vec<usize> = parts.iter().flatten().map(|(index, _)| *index).collect();
         let (drive, why_drive) = if let Some(index) = self.asked("drive", &options.drive)? {

@@ -5,8 +5,8 @@ use crate::{
     error::{OptionProblem, ReadProblem},
 };
 
-/// Index of the table selected by name, by part of a name or by number.
-pub(super) fn find(wanted: &str, names: &[&str]) -> Result<usize, ReadProblem> {
+/// Index of the table selected by name, by part of a name or by number. The only table of a text has no name.
+pub(super) fn find(wanted: &str, names: &[&str], is_text: bool) -> Result<usize, ReadProblem> {
     let key = wanted.trim().trim_matches('/').to_lowercase();
     let plain = |n: &str| n.trim_matches('/').to_lowercase();
     if let Some(index) = names.iter().position(|n| plain(n) == key) {
@@ -23,7 +23,10 @@ pub(super) fn find(wanted: &str, names: &[&str]) -> Result<usize, ReadProblem> {
         [index] => Ok(index),
         _ => {
             let tables = names.iter().map(|n| format!("`{n}`")).collect::<Vec<_>>().join(", ");
-            let problem = OptionProblem::NoSuchTable(tables);
+            let problem = match names {
+                [""] if is_text => OptionProblem::NoSheets,
+                _ => OptionProblem::NoSuchTable(tables),
+            };
             Err(ReadProblem::Option { option: "sheet", value: wanted.to_owned(), problem })
         }
     }

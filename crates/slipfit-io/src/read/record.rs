@@ -131,11 +131,9 @@ fn choose_table(
 ) -> Result<(usize, Choice), ReadProblem> {
     let heads = source.heads();
     let names: Vec<&str> = heads.iter().map(|h| h.name.as_str()).collect();
-    // Text has one table and no sheets.
-    let is_text = source.dialect(0).is_some() && names == [""];
     let only = match &options.sheet {
-        Some(wanted) if !is_text => Some(pick::find(wanted, &names)?),
-        _ => (names.len() == 1).then_some(0),
+        Some(wanted) => Some(pick::find(wanted, &names, source.dialect(0).is_some())?),
+        None => (names.len() == 1).then_some(0),
     };
     if let Some(table) = only {
         return Ok((table, choose(source, table, name, options)?));

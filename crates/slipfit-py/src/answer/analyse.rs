@@ -57,7 +57,7 @@ pub(super) fn refer(
     let (unit, other) = (reading.curve.unit(), reference.curve.unit());
     if unit != other {
         let message = format!(
-            "reference={:?}: its amplitudes are in `{other}`, those of {} in `{unit}`; unit says what both are in",
+            "reference={:?}: its amplitudes are in `{other}`, those of {} in `{unit}`; give the unit of both curves with unit=",
             reference.report.path, reading.report.path
         );
         return Err(option_error(py, "reference", message));

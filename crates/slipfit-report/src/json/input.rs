@@ -4,7 +4,7 @@ use super::object::object;
 use crate::{AnalysedLevels, AnalysedRingdown};
 use serde::{Serialize, Serializer};
 use slipfit::resonance::RunDirection;
-use slipfit::{Quantity, Record, SignalKind};
+use slipfit::{Quantity, Record};
 use slipfit_io::{ColumnInfo, ColumnTaken, DrivenRecord, Note, ReadReport, SweepReading, TimeSource};
 
 object! {
@@ -30,7 +30,7 @@ object! {
         quadrature: Option<Taken<'a>> = analysed.reading.report.column("quadrature").map(Taken::new),
         /// What the signal is.
         #[cfg_attr(test, schemars(extend("enum" = KINDS)))]
-        kind: &'static str = kind(analysed.reading.report.kind),
+        kind: &'static str = analysed.reading.report.kind.name(),
         /// Unit of the signal; empty if unknown.
         unit: &'a str = analysed.reading.record.unit(),
         /// Number of samples of the record.
@@ -64,7 +64,7 @@ object! {
         taken: TakenByName<'a> = TakenByName(&reading.report.taken),
         /// What the response is.
         #[cfg_attr(test, schemars(extend("enum" = KINDS)))]
-        kind: &'static str = kind(reading.report.kind),
+        kind: &'static str = reading.report.kind.name(),
         /// Unit of the amplitudes.
         unit: &'a str = reading.curve.unit(),
         /// Number of points of the curve.
@@ -295,14 +295,3 @@ object! {
 
 #[cfg(test)]
 const KINDS: [&str; 6] = ["displacement", "velocity", "acceleration", "envelope", "lock-in", "other"];
-
-fn kind(kind: SignalKind) -> &'static str {
-    match kind {
-        SignalKind::Displacement => "displacement",
-        SignalKind::Velocity => "velocity",
-        SignalKind::Acceleration => "acceleration",
-        SignalKind::Envelope => "envelope",
-        SignalKind::LockIn => "lock-in",
-        _ => "other",
-    }
-}

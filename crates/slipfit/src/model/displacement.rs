@@ -63,6 +63,19 @@ impl DisplacementUnit {
         if is_other { Some(1.0) } else { Self::factor(drive, response).ok() }
     }
 
+    /// Whether displacements in `unit`, or their rates and accelerations, are lengths or angles, so that a mechanical
+    /// constant gives forces in newtons or torques in newton metres.
+    ///
+    /// ```
+    /// use slipfit::model::displacement::DisplacementUnit;
+    /// assert!(DisplacementUnit::gives_forces("mm/s") && DisplacementUnit::gives_forces("deg"));
+    /// assert!(!DisplacementUnit::gives_forces("V") && !DisplacementUnit::gives_forces(""));
+    /// ```
+    #[must_use]
+    pub fn gives_forces(unit: &str) -> bool {
+        Self::named(&before_time(unit.trim())).is_some()
+    }
+
     /// The unit with this name, in which a force over a stiffness can be given.
     ///
     /// # Errors

@@ -45,6 +45,18 @@ impl SignalKind {
         !matches!(self, SignalKind::Envelope | SignalKind::LockIn)
     }
 
+    /// Its name as an option and in files: `displacement`, `velocity`, `acceleration`, `envelope` or `lock-in`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Displacement => "displacement",
+            Self::Velocity => "velocity",
+            Self::Acceleration => "acceleration",
+            Self::Envelope => "envelope",
+            Self::LockIn => "lock-in",
+        }
+    }
+
     /// The unit of displacement for samples in this unit: `mm` for a velocity in `mm/s`.
     ///
     /// ```
