@@ -214,3 +214,75 @@ def test_a_forked_process_computes(tmp_path):
     environment = {**os.environ, "PYTHONHASHSEED": "0"}
     done = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=120, env=environment)
     assert done.returncode == 0 and done.stdout == "done\n", done.stderr
+
+
+def tables(count=3):
+    """Tables of two rows each."""
+    fall = np.exp(-0.01 * np.arange(200))
+    return [pa.table({"id": [2 * at, 2 * at + 1], "a": [fall.tolist(), (0.5 * fall).tolist()]}) for at in range(count)]
+
+
+def test_tables_one_after_the_other_are_a_stream():
+    polars, pandas = pytest.importorskip("polars"), pytest.importorskip("pandas")
+    held = tables()
+    options = {"amplitude": "a", "dt": 0.01, "keep": "id"}
+    expected = slipfit.fit_batch(pa.concat_tables(held), **options)
+    batches = [batch for table in held for batch in table.to_batches()]
+    frames = [table.to_pandas().set_index(np.array([7, 8]) + at) for at, table in enumerate(held)]
+    assert isinstance(frames[0], pandas.DataFrame)
+    dictionaries = [{name: table[name].to_pylist() for name in ("id", "a")} for table in held]
+    for several in (held, tuple(held), batches, [polars.from_arrow(one) for one in held], frames, dictionaries):
+        for given in (several, iter(several), (one for one in several)):
+            assert [row for part in slipfit.fit_stream(given, **options) for row in part["id"]] == list(range(6))
+        assert slipfit.fit_batch(several, **options)["id"].tolist() == list(range(6))
+    assert slipfit.fit_batch(iter(held), **options) == expected
+    arrays = [np.array(table["a"].to_pylist()) for table in held]
+    assert [len(part) for part in slipfit.fit_stream(iter(arrays), amplitude="a", dt=0.01)] == [2, 2, 2]
+    # One array, a list of traces and a dictionary are one table, as for fit_batch.
+    for one in (arrays[0], list(arrays[0]), {"a": arrays[0]}):
+        assert [len(part) for part in slipfit.fit_stream(one, amplitude="a", dt=0.01)] == [2]
+    assert [len(part) for part in slipfit.fit_stream([], amplitude="a", dt=0.01)] in ([], [0])
+
+
+def test_a_table_is_taken_when_it_is_read():
+    taken = []
+
+    def source():
+        for table in tables(5):
+            taken.append(len(taken))
+            yield table
+
+    stream = slipfit.fit_stream(source(), amplitude="a", dt=0.01)
+    assert len(taken) == 1
+    for at, part in enumerate(stream):
+        assert len(part) == 2 and len(taken) == at + 1
+
+
+def test_later_tables_have_the_columns_of_the_first():
+    first = tables(1)[0]
+
+    def unit(of):
+        return first.cast(pa.schema([first.schema.field("id"), first.schema.field("a").with_metadata({"unit": of})]))
+
+    for second, words in (
+        (first.rename_columns(["id", "b"]), r"table\[1\] has the columns \['id', 'b'\], the first has \['id', 'a'\]"),
+        (unit("mV"), r"column 'a' of table\[1\] is in 'mV', that of the first in no unit"),
+        (first.set_column(1, "a", pa.array([["x"], ["y"]])), "has other types of columns than the first"),
+        (3, r"table\[1\] must be a table"),
+        (None, r"table\[1\] must be a table"),
+        (np.zeros(3), r"table\[1\] must be a table"),
+    ):
+        stream = slipfit.fit_stream(iter([first, second]), amplitude="a", dt=0.01)
+        assert len(next(stream)) == 2
+        with pytest.raises(slipfit.SlipfitError, match=words) as raised:
+            next(stream)
+        assert raised.value.option == "table"
+    # Columns in another order, or of a narrower type, are the same columns.
+    other = first.select(["a", "id"]).set_column(0, "a", first["a"].cast(pa.large_list(pa.float32())))
+    assert [len(part) for part in slipfit.fit_stream([first, other], amplitude="a", dt=0.01)] == [2, 2]
+    mixed = slipfit.fit_batch([unit("mV"), unit("mV")], amplitude="a", dt=0.01)
+    assert mixed.units["initial_amplitude"] == "mV"
+    for empty in (iter([]), iter([3]), iter([[1.0, 2.0]])):
+        with pytest.raises(slipfit.OptionError) as raised:
+            slipfit.fit_stream(empty, amplitude="a", dt=0.01)
+        assert raised.value.option == "table"

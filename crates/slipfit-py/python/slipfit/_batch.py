@@ -241,6 +241,8 @@ def _per_row(name: str, value: PerRow | None) -> float | str | None:
 
 def _labelled(table: Any, options: dict[str, Any]) -> Any:
     """The rows of an xarray array with time as the last axis, and the options not given that the array states."""
+    if _several(table):
+        return table
     rows = isinstance(table, (list, tuple))
     own = _rows_unit(table) if rows else _input.own_unit(table)
     options["unit"] = _input.named(table, own, _input.unit_told("table", own, options["unit"] or None))[0] or ""
@@ -270,6 +272,8 @@ def _table(table: Any, column: str) -> Any:
     """Arrays with one trace per row, or columns by name, as a table; anything else unchanged."""
     if _input.is_of_xarray(table) and hasattr(table, "ndim"):
         table = table.to_numpy()
+    if _several(table):
+        return _joined(iter(table), column)
     if isinstance(table, np.ndarray):
         table = _input.unmasked(table)
         if table.ndim != 2 or table.dtype.kind not in "fiu":
@@ -300,6 +304,64 @@ def _table(table: Any, column: str) -> Any:
         return pa.table(arrays, schema=pa.schema(fields))
     except (pa.ArrowException, TypeError, ValueError) as error:
         raise wrong_type("table", table, f"columns of one length, one trace or number a row, are needed ({error})") from None
+
+
+def _several(table: Any) -> bool:
+    """Whether these are tables one after the other, and not one table."""
+    if hasattr(table, "__arrow_c_stream__"):
+        return False
+    return isinstance(table, Iterator) or isinstance(table, (list, tuple)) and any(map(_is_table, table))
+
+
+def _is_table(one: Any) -> bool:
+    exported = hasattr(one, "__arrow_c_stream__") or hasattr(one, "__arrow_c_array__")
+    return isinstance(one, Mapping) or exported and _input.has_columns(one)
+
+
+def _joined(tables: Iterator[Any], column: str) -> pa.RecordBatchReader:
+    """Tables one after the other as one stream, each taken when it is read; the first has the columns of all."""
+    import pyarrow as pa
+
+    def converted(at: int, one: Any) -> pa.Table:
+        if not (_is_table(one) or isinstance(one, np.ndarray) and one.ndim == 2):
+            raise wrong_type("table", one, f"table[{at}] must be a table or an array of traces")
+        try:
+            held = _table(one, column)
+            return held if isinstance(held, pa.Table) else pa.table(held)
+        except (pa.ArrowException, TypeError, ValueError) as error:
+            raise _input.refuse("table", f"table[{at}] cannot be taken: {error}") from None
+
+    first = next(tables, None)
+    if first is None:
+        raise _input.refuse("table", "table has no batch, and none has columns")
+    begun = converted(0, first)
+    # Packages describe their indices there, which differ between batches.
+    schema = begun.schema.remove_metadata()
+
+    def batches() -> Iterator[pa.RecordBatch]:
+        yield from begun.replace_schema_metadata().to_batches()
+        for at, one in enumerate(tables, 1):
+            yield from _like(converted(at, one), schema, at).to_batches()
+
+    return pa.RecordBatchReader.from_batches(schema, batches())
+
+
+def _like(table: pa.Table, schema: pa.Schema, at: int) -> pa.Table:
+    """A later table with the columns of the first, in their types and units."""
+    import pyarrow as pa
+
+    found = table.schema
+    if sorted(found.names) != sorted(schema.names):
+        raise _input.refuse("table", f"table[{at}] has the columns {found.names}, the first has {schema.names}")
+    for field in schema:
+        units = [(one.metadata or {}).get(b"unit") for one in (found.field(field.name), field)]
+        if units[0] != units[1]:
+            own, wanted = ("no unit" if unit is None else repr(unit.decode()) for unit in units)
+            raise _input.refuse("table", f"column {field.name!r} of table[{at}] is in {own}, that of the first in {wanted}")
+    try:
+        return table.select(schema.names).cast(schema)
+    except (pa.ArrowException, ValueError) as error:
+        raise _input.refuse("table", f"table[{at}] has other types of columns than the first: {error}") from None
 
 
 def _is_trace(row: Any) -> bool:
@@ -366,6 +428,14 @@ def _choices(
         "factors": {}, "keep": [keep] if isinstance(keep, str) else list(keep),
         "ringdown": _ringdown_choices(**analysis),
     }  # fmt: skip
+
+
+def _source(table: Any, *, min_amplitude: Any, **options: Any) -> tuple[_core.Source, dict[str, Any]]:
+    """The table with the choices of its analysis."""
+    table = _labelled(table, options)
+    choices = _choices(min_amplitude=min_amplitude, **options)
+    column = choices["amplitude"] or choices["signal"] or "x"
+    return _taken(_table(table, column), choices, min_amplitude), choices
 
 
 def _taken(table: Any, choices: dict[str, Any], min_amplitude: Any) -> _core.Source:
@@ -499,7 +569,9 @@ def fit_batch(
         in xarray a dimension called ``time`` or ``t``, or the one with a coordinate of
         times, may come first, and the unit is taken over. A list of traces, which may
         differ in length, is taken likewise; a dictionary has columns by name, traces as a list or
-        an array of shape (rows, samples). The unit of a column is stated by its metadata,
+        an array of shape (rows, samples). Tables with the same columns in a list, or from an iterator, are
+        joined. Columns encoded as dictionaries, as the categories of pandas, or in runs are decoded.
+        The unit of a column is stated by its metadata,
         as in tables of answers, or by its name: ``x (nm)``, ``dt (ms)``.
     amplitude : str
         Column of amplitudes; or
@@ -566,15 +638,12 @@ def fit_batch(
     >>> str(answers["reason"][2])
     '0 usable samples; at least 4 are needed'
     """
-    named: dict[str, Any] = {"dt": dt, "time": time, "unit": unit}
-    table = _labelled(table, named)
-    choices = _choices(
-        amplitude=amplitude, x=x, y=y, signal=signal, kind=kind,
-        frequency_hz=frequency_hz, min_amplitude=min_amplitude, method=method, keep=keep,
+    source, choices = _source(
+        table, amplitude=amplitude, x=x, y=y, signal=signal, kind=kind, dt=dt, time=time,
+        frequency_hz=frequency_hz, min_amplitude=min_amplitude, method=method, unit=unit, keep=keep,
         model=model, band_hz=band_hz, start_s=start_s, end_s=end_s,
-        lockin_time_constant_s=lockin_time_constant_s, lockin_order=lockin_order, **named,
+        lockin_time_constant_s=lockin_time_constant_s, lockin_order=lockin_order,
     )  # fmt: skip
-    source = _taken(_table(table, amplitude or signal or "x"), choices, min_amplitude)
     return ArrowTable(_core.fit_batch(source, choices))
 
 
@@ -613,8 +682,10 @@ def fit_stream(
 
     Parameters
     ----------
-    table : object with Arrow's C interface
-        For example a pyarrow RecordBatchReader; it is read once.
+    table : object with Arrow's C interface, iterator or list of tables
+        For example a pyarrow RecordBatchReader; it is read once. An iterator of tables, record batches, data
+        frames or arrays, all with the columns of the first, is read (through pyarrow) one at a time. Anything
+        else as for :func:`fit_batch`.
     amplitude, x, y, signal, kind, dt, time, frequency_hz, min_amplitude, method, unit, keep : optional
         As for :func:`fit_batch`.
     model, band_hz, start_s, end_s, lockin_time_constant_s, lockin_order : optional
@@ -639,10 +710,10 @@ def fit_stream(
     >>> [len(answers) for answers in slipfit.fit_stream(source, amplitude="amplitude", dt=0.01)]
     [2, 3]
     """
-    choices = _choices(
-        amplitude=amplitude, x=x, y=y, signal=signal, kind=kind, dt=dt, time=time,
+    source, choices = _source(
+        table, amplitude=amplitude, x=x, y=y, signal=signal, kind=kind, dt=dt, time=time,
         frequency_hz=frequency_hz, min_amplitude=min_amplitude, method=method, unit=unit, keep=keep,
         model=model, band_hz=band_hz, start_s=start_s, end_s=end_s,
         lockin_time_constant_s=lockin_time_constant_s, lockin_order=lockin_order,
     )  # fmt: skip
-    return ArrowStream(_core.fit_stream(_taken(table, choices, min_amplitude), choices), table)
+    return ArrowStream(_core.fit_stream(source, choices), table)

@@ -375,6 +375,11 @@ def columns_of(table: Any) -> str:
     return ", ".join(names[:_NAMED]) + (", …" if len(names) > _NAMED else "")
 
 
+def has_columns(table: Any) -> bool:
+    """Whether this is a table: a single column, such as a Series, has Arrow's interface too."""
+    return any(hasattr(table, name) for name in ("columns", "column_names", "schema"))
+
+
 #: Maximum number of columns named in a message.
 _NAMED = 8
 
@@ -482,6 +487,29 @@ def samples_in(unit: str) -> tuple[str, str, bool]:
 def frequency_and_response(labelled: Any) -> tuple[Vector | None, Any, str | None]:
     """Frequencies, response and unit of a labelled array; None for anything else."""
     return _labelled("frequency", "frequency", labelled) or (None, None, None)
+
+
+def is_labelled(given: Any) -> bool:
+    """Whether this is a Series of pandas or an array of xarray, which has its times or the like."""
+    return is_of_xarray(given) or _package(given) == "pandas" and hasattr(given, "index")
+
+
+def drive_and_amplitude(given: Any) -> tuple[Any, Any]:
+    """Levels and amplitudes of a labelled array; two times None for anything else."""
+    if not is_labelled(given):
+        return None, None
+    if is_of_xarray(given):
+        if not hasattr(given, "ndim"):
+            raise wrong_type("drive", given, f"one of the variables of the {type(given).__name__} is needed")
+        if given.ndim != 1:
+            raise refuse("drive", f"drive has the dimensions {given.dims} where one is needed")
+        (dimension,) = given.dims
+        return (given.coords[dimension], given) if dimension in given.coords else (None, None)
+    if getattr(given, "ndim", 1) != 1:
+        raise refuse("drive", f"drive is a table of one column: the column itself is needed; there is {columns_of(given)}")
+    if getattr(given.index, "nlevels", 1) > 1:
+        raise refuse("drive", f"the index has {given.index.nlevels} levels: give one of them, or another array, as drive")
+    return (None, None) if type(given.index).__name__ == "RangeIndex" else (given.index, given)
 
 
 def time_and_signal(time: Any, signal: Any) -> tuple[Vector | None, Any, str | None]:
