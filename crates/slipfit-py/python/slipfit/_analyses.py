@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import io
 import os
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
@@ -13,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from . import _core, _input
 from ._arguments import is_bytes, public, wrong_type
-from ._answers import LevelsAnswer, ResonanceAnswer, RingdownAnswer, SeriesAnswer, Table
+from ._answers import Answer, LevelsAnswer, ResonanceAnswer, RingdownAnswer, SeriesAnswer, Table
 from ._errors import FolderError, OptionError, ReadError, SlipfitError
 from .typing import Band, Column, Interval, Kind, Motion, Path, Scalar, Uncertain
 
@@ -264,7 +265,7 @@ def read_levels(
 
 def _record(
     time: Any,
-    signal: Any,
+    signal: Any = None,
     quadrature: ArrayLike | None = None,
     rate_hz: Scalar | None = None,
     unit: str | None = None,
@@ -348,6 +349,34 @@ def _as_option(error: ReadError, names: list[str]) -> OptionError:
         details["option"] = named(column)
     hints = [(one.option, one.value, one.advice, one.text) for one in error.hints]
     return OptionError(message, error.code, hints, error.advice, details)
+
+
+def _of_frame(option: str, frame: Any, read: Callable[..., Any], **choices: str | None) -> Any:
+    """Reads a data frame like the file that it would be written to: its columns are recognised by their names."""
+    own = list(getattr(frame, "column_names", None) or frame.columns)
+    columns = {}
+    for name in own:
+        if own.count(name) > 1:
+            raise _input.refuse(option, f"{option} has several columns of one name: {_input.columns_of(frame)}")
+        try:
+            column = frame[name]
+            dates = np.asarray(column).dtype.kind in "mM" or getattr(getattr(column, "dtype", None), "tz", None) is not None
+            columns["time (s)" if dates else str(name)] = _input.seconds(str(name), column) if dates else _input.vector(str(name), column)
+        except OptionError as error:
+            raise _input.refuse(option, f"{option}: {error.message}") from None
+    if len(columns) < len(own):
+        raise _input.refuse(option, f"{option} has several columns of times: {_input.columns_of(frame)}")
+    rows = np.empty(len(frame), [(name, np.float64) for name in columns])
+    for name, numbers in columns.items():
+        rows[name] = numbers
+    file = io.BytesIO()
+    np.save(file, rows)
+    try:
+        return read(file.getvalue(), "arrays", _choices(**choices))
+    except ReadError as error:
+        told = _as_option(error, list(columns))
+        needed = "give the columns themselves, one by one"
+        raise OptionError(told.message, told.code, advice=needed, details={**told.details, "option": option}) from None
 
 
 def _own_kind(option: str, given: object) -> None:
@@ -539,7 +568,7 @@ def _curve(
     if isinstance(frequency, _core.Curve):
         _nothing_besides(given, "a Curve", "")
         return frequency
-    if isinstance(frequency, Table) and set(frequency) == {"frequency_hz", "amplitude", "phase_rad"}:
+    if _is_simulated(frequency, "frequency_hz"):
         _nothing_besides(given, "a simulated curve", "")
         of_response = frequency.units.get("amplitude")
         return _curve(frequency["frequency_hz"], frequency["amplitude"], phase_rad=frequency["phase_rad"], unit=of_response)
@@ -570,6 +599,11 @@ def _curve(
     }  # fmt: skip
     curve: _core.Curve = _of_arrays(_core.curve_of_arrays, columns, told, kind)
     return curve
+
+
+def _is_simulated(given: Any, over: str) -> bool:
+    """Whether this is what :mod:`slipfit.simulate` gives, amplitudes and phases over this column."""
+    return isinstance(given, Table) and set(given) == {over, "amplitude", "phase_rad"}
 
 
 def _parts(name: str, response: Any) -> tuple[Any, Any, Any]:
@@ -725,13 +759,24 @@ def _levels(
     if isinstance(drive, _core.Levels):
         _nothing_besides(given, "Levels", "")
         return drive
+    if _is_simulated(drive, "drive_amplitude"):
+        _nothing_besides(given, "simulated levels", "")
+        unit, of_drive = (drive.units.get(name) for name in ("amplitude", "drive_amplitude"))
+        return _levels(drive["drive_amplitude"], drive["amplitude"], unit=unit, drive_unit=of_drive)
     _own_kind("drive", drive)
     if _input.path_like(drive) or is_bytes(drive):
         del given["unit"], given["drive_unit"]
         _nothing_besides(given, "a file", "; slipfit.read_levels(file, amplitude=…) names its columns")
         return read_levels(drive, unit=unit, drive_unit=drive_unit)
+    if amplitude is None and len(getattr(drive, "columns", ())) > 1:
+        _nothing_besides({"std_error": std_error}, "a table", "")
+        table: _core.Levels = _of_frame("drive", drive, _core.read_levels, unit=unit, drive_unit=drive_unit)
+        return table
+    if amplitude is None:
+        drive, amplitude = _input.drive_and_amplitude(drive)
     if amplitude is None:
         raise _input.refuse("amplitude", "levels need amplitudes beside the levels of the drive")
+    _input.check_same_rows("std_error", std_error, "amplitude", amplitude)
     own = _input.own_unit(amplitude)
     told, of_numbers = _input.named(amplitude, own, _input.unit_told("amplitude", own, unit))
     measured, real, imaginary = _parts("amplitude", amplitude)
@@ -764,8 +809,10 @@ def levels(
 
     Parameters
     ----------
-    drive : array_like, shape (n,), or Levels, path
-        Levels of the drive. :class:`Levels` or a path are given alone.
+    drive : array_like, shape (n,), or Levels, path, Series, DataArray, DataFrame
+        Levels of the drive. Given alone are :class:`Levels`, the result of :func:`slipfit.simulate.levels`, a path,
+        a pandas Series with the levels as index, an xarray DataArray with a coordinate, and a DataFrame, whose
+        columns are recognised by their names as in a file.
     amplitude : array_like, shape (n,)
         Amplitude at resonance at each level, or complex response, whose modulus is used.
     std_error : array_like, shape (n,), optional
@@ -828,16 +875,39 @@ def _levels_choices(
     }
 
 
+#: Data that are held by each analysis.
+_HELD: dict[str, Any] = {"ringdown": _core.Record, "resonance": _core.Curve, "levels": _core.Levels}
+
+#: What each analysis answers.
+_ANSWERS = {"ringdown": RingdownAnswer, "resonance": ResonanceAnswer, "levels": LevelsAnswer}
+
+#: Options of each analysis that belong to its arrays.
+_OF_ARRAYS = {
+    "ringdown": ("quadrature", "rate_hz", "unit", "kind"),
+    "resonance": ("phase_rad", "std_error", "drive", "unit", "kind"),
+    "levels": ("std_error", "unit", "drive_unit"),
+}
+
+_DATA = (
+    "a Record, a Curve or Levels are needed, as slipfit.read, read_curve and read_levels give them, an answer, or arrays, "
+    "such as (time, signal)"
+)
+
+
 @dataclass(frozen=True)
 class Measurement:
     """One measurement of a series.
 
     Parameters
     ----------
-    data : Record, Curve or Levels
-        What was measured, from :func:`read`, :func:`read_curve`, :func:`read_levels`.
+    data : Record, Curve, Levels, answer, pair of arrays, Series, DataArray, DataFrame
+        What was measured: from :func:`read`, :func:`read_curve`, :func:`read_levels`; an answer of
+        :func:`ringdown`, :func:`resonance` or :func:`levels`, whose data are analysed with its options; a
+        simulated curve; or arrays, as the function called `analysis` takes them: ``(time, signal)``, a pandas
+        Series with its times as index, an xarray DataArray. The columns of a DataFrame are recognised by their
+        names as in a file. Arrays become a Record, a Curve or Levels.
     condition : str
-        Label of the condition of the measurement, such as ``9 nN``.
+        Label of the condition of the measurement, such as ``9 nN``; its value and unit if not given.
     value : float, quantity or (value, std_error), optional
         The condition as a number.
     name : str, optional
@@ -847,22 +917,86 @@ class Measurement:
     scale : float or quantity, optional
         Factor from its unit to that of the series, if the units do not determine it.
     options : dict
-        Options of its analysis: those of :func:`ringdown`, :func:`resonance` or :func:`levels`.
+        Options of its analysis: those of :func:`ringdown`, :func:`resonance` or :func:`levels`. Those that say what
+        arrays are, such as ``unit``, are for arrays only.
+    analysis : str, optional
+        What arrays are: ``ringdown``, ``resonance`` or ``levels``; ``ringdown`` if not given.
+
+    Raises
+    ------
+    OptionError
+        If the data are not such a measurement, or an option is invalid.
+
+    Examples
+    --------
+    >>> import numpy as np, slipfit
+    >>> t = 0.02 * np.arange(1500)
+    >>> x = np.exp(-0.05 * t) * np.cos(8 * t)
+    >>> slipfit.Measurement((t, x), value=5, options={"unit": "mrad"}).data
+    <Record of arrays: 1500 samples, unit "mrad">
     """
 
-    data: Annotated[
-        _core.Record | _core.Curve | _core.Levels,
-        "a Record, a Curve or Levels are needed, as slipfit.read, read_curve and read_levels give them",
-    ]
+    data: Any
     condition: Annotated[str, "a label; its number is `value`"] = ""
     value: Uncertain | None = None
     name: str | None = None
     reference: _core.Curve | None = None
     scale: Scalar | None = None
     options: dict[str, Any] = field(default_factory=dict)
+    analysis: Literal["ringdown", "resonance", "levels"] | None = None
 
     def __post_init__(self) -> None:
+        if self.analysis is not None and self.analysis not in _HELD:
+            raise _input.refuse("analysis", f"analysis={self.analysis!r}: one of {', '.join(_HELD)}")
+        held = next((name for name, kind in _HELD.items() if isinstance(self.data, kind)), None)
+        if isinstance(self.data, Answer):
+            held = self._answered()
+        elif held is None:
+            held = self._convert()
+        if self.analysis not in (None, held):
+            raise _input.refuse("analysis", f"analysis={self.analysis!r} beside data for slipfit.{held}")
+        object.__setattr__(self, "analysis", held)
         self._entry()
+
+    def _answered(self) -> str:
+        """Which analysis gave the answer, whose data and options are used."""
+        held = next((name for name, kind in _ANSWERS.items() if isinstance(self.data, kind)), None)
+        if held is None:
+            raise _input.refuse("data", "data is the answer to several measurements: each is needed by itself")
+        if self.data._found is None:
+            raise _input.refuse("data", "data is an answer from a pickle, which holds no measurement: what it was made of is needed")
+        for name in ("options", "reference"):
+            if getattr(self, name):
+                raise _input.refuse(name, f"{name} is given beside an answer, which has its own: give the data instead")
+        return held
+
+    def _convert(self) -> str:
+        """Converts arrays to a Record, a Curve or Levels."""
+        data: Any = self.data
+        if _input.path_like(data) or is_bytes(data):
+            raise wrong_type("data", data, _DATA)
+        simulated = [name for name, over in (("resonance", "frequency_hz"), ("levels", "drive_amplitude")) if _is_simulated(data, over)]
+        analysis = simulated[0] if simulated else self.analysis or "ringdown"
+        own = {name: self.options[name] for name in _OF_ARRAYS[analysis] if name in self.options}
+        pair = data if isinstance(data, (tuple, list)) and len(data) == 2 else None
+        framed = pair is None and len(getattr(data, "columns", ())) > 1
+        if pair is None and not (framed or simulated or _input.is_labelled(data)):
+            raise wrong_type("data", data, _DATA)
+        try:
+            if framed:
+                words = {"unit", "drive_unit", "kind"}
+                _nothing_besides({name: value for name, value in own.items() if name not in words}, "a table", "")
+                read = {"ringdown": _core.read_record, "resonance": _core.read_curve, "levels": _core.read_levels}[analysis]
+                held = _of_frame("data", data, read, **own)
+            else:
+                convert = {"ringdown": _record, "resonance": _curve, "levels": _levels}[analysis]
+                held = public(convert)(*(pair or (data,)), **own)
+        except SlipfitError as error:
+            option = "options" if error.details.get("option") in own else "data"
+            raise type(error)(f"{option}: {error}", error.code, details={"option": option}) from None
+        object.__setattr__(self, "data", held)
+        object.__setattr__(self, "options", {name: value for name, value in self.options.items() if name not in own})
+        return analysis
 
     def _choices(self) -> dict[str, Any]:
         choices: Callable[..., dict[str, Any]] = _levels_choices
@@ -890,10 +1024,14 @@ class Measurement:
             raise _input.refuse("options", f"options: {message}") from None
 
     def _entry(self, condition_unit: str = "") -> tuple[Any, str, str, tuple[float, float] | None, float | None]:
-        choices = self._choices()
+        choices = {} if isinstance(self.data, Answer) else self._choices()
         if self.reference is not None and not isinstance(self.data, _core.Curve):
             raise _input.refuse("reference", "reference is the curve without friction of a curve, and data is none")
-        measured = (self.data, self.reference) if isinstance(self.data, _core.Curve) else (self.data,)
+        measured: tuple[Any, ...] = (self.data, choices)
+        if isinstance(self.data, Answer):
+            measured = (self.data._found,)
+        elif isinstance(self.data, _core.Curve):
+            measured = (self.data, self.reference, choices)
         own = _input.unit_of_one(self.value) or ""
         if own and condition_unit and _core.unit_factor(own, condition_unit) is None:
             raise _input.refuse("value", f"a value is in {own!r} and condition_unit={condition_unit!r}")
@@ -901,21 +1039,69 @@ class Measurement:
         uncertain = value if value is None or isinstance(value, tuple) else (value, 0.0)
         if uncertain is not None and not (np.isfinite(uncertain).all() and uncertain[1] >= 0):
             raise _input.refuse("value", f"value={self.value}: finite numbers are needed, no error below zero")
-        name = self.name if self.name is not None else os.path.basename(self.data.path)
+        path = self.data._data["input"]["path"] if isinstance(self.data, Answer) else self.data.path
+        name = self.name if self.name is not None else os.path.basename(path)
         scale = _input.optional("scale", self.scale)
         if scale is not None and not 0 < scale < float("inf"):
             raise _input.refuse("scale", f"scale={scale}: must be above zero")
-        return (*measured, choices), name, self.condition, uncertain, scale
+        return measured, name, self.condition or _label(uncertain, condition_unit or own), uncertain, scale
 
 
 setattr(Measurement, "__init__", public(Measurement.__init__))
 
-_MEASUREMENTS = "several Measurements are needed, each such as slipfit.Measurement(slipfit.read(…), condition)"
+def _label(value: tuple[float, float] | None, unit: str) -> str:
+    """The label of a condition that has none, as the command gives it."""
+    return "(none)" if value is None else f"{value[0]:.15g} {unit}".rstrip()
+
+
+_MEASUREMENTS = (
+    "several Measurements are needed, each such as slipfit.Measurement(slipfit.read(…), condition), or arrays, such as "
+    "{value: (time, signal)}"
+)
+
+
+def _measurements(given: Any) -> list[Measurement]:
+    """The measurements, made of arrays where they are arrays."""
+    if _input.path_like(given) or is_bytes(given) or len(getattr(given, "columns", ())) or _input.is_labelled(given):
+        raise wrong_type("measurements", given, _MEASUREMENTS)
+    items = list(given.items()) if isinstance(given, Mapping) else [(None, one) for one in given]
+    held = []
+    for at, (condition, one) in enumerate(items):
+        if _input.path_like(one) or is_bytes(one):
+            raise wrong_type("measurements", given, _MEASUREMENTS)
+        label: dict[str, Any] = {}
+        if condition is not None:
+            label = {"condition": condition} if isinstance(condition, str) else {"value": condition}
+        try:
+            if not isinstance(one, Measurement):
+                one = Measurement(one, **label)
+            elif label:
+                if one.condition or one.value is not None:
+                    raise _input.refuse("measurements", "it has a condition, and is given under another")
+                one = replace(one, **label)
+        except SlipfitError as error:
+            raise type(error)(f"measurement {at + 1}: {error}", error.code, details={"option": "measurements"}) from None
+        held.append(one)
+    return held
+
+
+def _checked(entries: list[Any]) -> list[Any]:
+    """The entries, by names that differ; one label is one condition."""
+    values: dict[str, tuple[float, float] | None] = {}
+    names: dict[str, int] = {}
+    told = []
+    for measured, name, label, value, scale in entries:
+        if values.setdefault(label, value) != value:
+            both = " and ".join(_label(one, "") for one in (values[label], value))
+            raise _input.refuse("measurements", f"condition {label!r} has the values {both}: one label is one condition")
+        names[name] = names.get(name, 0) + 1
+        told.append((measured, name if names[name] == 1 else f"{name} ({names[name]})", label, value, scale))
+    return told
 
 
 @public
 def series(
-    measurements: Annotated[Iterable[Measurement], _MEASUREMENTS],
+    measurements: Annotated[Iterable[Any] | Mapping[Any, Any], _MEASUREMENTS],
     *,
     title: str = "",
     condition: str = "condition",
@@ -931,8 +1117,9 @@ def series(
 
     Parameters
     ----------
-    measurements : iterable of Measurement
-        At least one.
+    measurements : iterable or mapping
+        At least one :class:`Measurement`, or data of which one is made: ``(time, signal)``, a Record, an answer,
+        a pandas Series. A mapping has their conditions as keys, numbers or labels.
     title, condition, condition_unit : str, optional
         Text of the report; `condition` is the quantity that was varied.
     unit : str, optional
@@ -951,13 +1138,21 @@ def series(
     ------
     OptionError
         If measurements are incompatible.
+
+    Examples
+    --------
+    >>> import slipfit
+    >>> swing = {"frequency_hz": 1.2, "q_factor": 80, "amplitude": 0.4, "duration_s": 40, "rate_hz": 50, "noise_rms": 5e-4}
+    >>> records = [slipfit.simulate.decay(**swing, friction_displacement=x, unit="rad") for x in (1e-3, 2e-3, 3e-3)]
+    >>> arrays = [(one.time_s, one.signal) for one in records]
+    >>> found = slipfit.series(dict(zip((5, 10, 15), arrays)), condition="load", condition_unit="N", unit="rad")
+    >>> [(row.condition, f"{row.ringdown.friction:.1u}") for row in found.table]
+    [('5 N', '0.000998 ± 0.000001 rad'), ('10 N', '0.002 ± 0.000001 rad'), ('15 N', '0.003 ± 0.000001 rad')]
     """
-    held = list(measurements)
-    if not all(isinstance(one, Measurement) for one in held):
-        raise wrong_type("measurements", measurements, _MEASUREMENTS)
+    held = _measurements(measurements)
     if not condition_unit:
         condition_unit = next(filter(None, (_input.unit_of_one(one.value) for one in held)), "")
-    entries = [one._entry(condition_unit) for one in held]
+    entries = _checked([one._entry(condition_unit) for one in held])
     if not entries:
         raise _input.refuse("measurements", "a series needs at least one measurement")
     choices = {
