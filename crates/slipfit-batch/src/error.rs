@@ -30,6 +30,16 @@ pub enum Error {
         /// The type that is needed.
         needed: &'static str,
     },
+    /// A column of an extension type, whose stored numbers are not its values.
+    #[error("the column `{name}` is of the extension type {extension}; it must be {needed}")]
+    Extension {
+        /// Its name.
+        name: String,
+        /// The name of its extension type.
+        extension: String,
+        /// The type that is needed.
+        needed: &'static str,
+    },
     /// An option that is out of range or conflicts with another.
     #[error("{option}: {problem}")]
     Option {

@@ -41,6 +41,7 @@ pub use error::Error;
 pub use map::{Grid, fit_pixels};
 pub use options::{Clock, Method, Number, Options, Signal};
 pub use table::schema;
+pub use trace::plain;
 
 use arrow_array::RecordBatch;
 use rayon::prelude::*;

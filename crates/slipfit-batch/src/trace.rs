@@ -6,11 +6,13 @@ use arrow_array::cast::AsArray;
 use arrow_array::types::{
     Decimal32Type, Decimal64Type, Decimal128Type, Decimal256Type, DurationMicrosecondType,
     DurationMillisecondType, DurationNanosecondType, DurationSecondType, Float16Type, Float32Type,
-    Float64Type, Int8Type, Int16Type, Int32Type, Int64Type, TimestampMicrosecondType,
+    Float64Type, Int8Type, Int16Type, Int32Type, Int64Type, RunEndIndexType, TimestampMicrosecondType,
     TimestampMillisecondType, TimestampNanosecondType, TimestampSecondType, UInt8Type, UInt16Type,
     UInt32Type, UInt64Type,
 };
-use arrow_array::{Array, ArrayRef, ArrowPrimitiveType, Float64Array, PrimitiveArray, RecordBatch};
+use arrow_array::{
+    Array, ArrayRef, ArrowPrimitiveType, Float64Array, OffsetSizeTrait, PrimitiveArray, RecordBatch,
+};
 use arrow_buffer::{NullBuffer, i256};
 use arrow_schema::{DataType, TimeUnit};
 use slipfit::SignalKind;
@@ -60,7 +62,7 @@ impl<'a> Input<'a> {
         let factor = |name: &str| options.factors.get(name).copied().unwrap_or(1.0);
         let lists = |name: &str| {
             let scale = if options.levels { Scale::Level } else { Scale::Factor(factor(name)) };
-            Lists::new(name, column(batch, name)?, scale)
+            Lists::new(name, values(batch, name, NUMBERS)?, scale)
         };
         let number = |number: &Number, convert: Convert, needed| match number {
             Number::Same(value) => Ok(Numbers::Same(*value)),
@@ -76,7 +78,7 @@ impl<'a> Input<'a> {
                 let needed = "a column of numbers or durations";
                 (None, Some(number(interval, seconds, needed)?))
             }
-            Clock::Times(name) => (Some(Times::new(name, column(batch, name)?, factor(name))?), None),
+            Clock::Times(name) => (Some(Times::new(name, values(batch, name, TIMES)?, factor(name))?), None),
         };
         Ok(Self {
             signal,
@@ -150,6 +152,31 @@ impl<'a> Input<'a> {
     }
 }
 
+/// What the columns of traces and of their times hold.
+const NUMBERS: &str = "a list, a large list or a fixed-size list of numbers";
+const TIMES: &str = "a list, a large list or a fixed-size list of numbers, dates or durations";
+
+/// A column whose stored values are those that it means: an extension type, such as a period of pandas, may count
+/// anything. Lists may be of one, such as a tensor; their items may not.
+fn values<'a>(batch: &'a RecordBatch, name: &str, needed: &'static str) -> Result<&'a ArrayRef, Error> {
+    let at = place(batch.schema_ref(), name)?;
+    let field = batch.schema_ref().field(at);
+    let of_values = match field.data_type() {
+        DataType::List(item)
+        | DataType::LargeList(item)
+        | DataType::FixedSizeList(item, _)
+        | DataType::ListView(item)
+        | DataType::LargeListView(item) => item,
+        _ => field,
+    };
+    match of_values.extension_type_name() {
+        Some(extension) => {
+            Err(Error::Extension { name: name.to_owned(), extension: extension.to_owned(), needed })
+        }
+        None => Ok(batch.column(at)),
+    }
+}
+
 pub(crate) fn column<'a>(batch: &'a RecordBatch, name: &str) -> Result<&'a ArrayRef, Error> {
     place(batch.schema_ref(), name).map(|at| batch.column(at))
 }
@@ -165,6 +192,8 @@ enum Offsets<'a> {
     Small(&'a [i32]),
     Large(&'a [i64]),
     Fixed(usize),
+    /// Rows in any order, as in views and encodings; those without values are null.
+    Each(Vec<Option<Range<usize>>>),
     /// No row has values.
     NoValues,
 }
@@ -186,6 +215,21 @@ impl<'a> Places<'a> {
                 // Slices of a fixed-size list have sliced values.
                 (Offsets::Fixed(usize::try_from(*size).unwrap_or(0)), held.values())
             }
+            DataType::ListView(_) => {
+                let held = lists.as_list_view::<i32>();
+                (Offsets::Each(views(held.value_offsets(), held.value_sizes())), held.values())
+            }
+            DataType::LargeListView(_) => {
+                let held = lists.as_list_view::<i64>();
+                (Offsets::Each(views(held.value_offsets(), held.value_sizes())), held.values())
+            }
+            DataType::Dictionary(..) | DataType::RunEndEncoded(..) => {
+                let (places, held) = encoded(lists)?;
+                let (inner, values) = Self::new(held)?;
+                let ranges = places.into_iter().map(|place| inner.of(place?)).collect();
+                // Nulls of the encoding are among the ranges.
+                return Some((Self { rows: lists.len(), nulls: None, offsets: Offsets::Each(ranges) }, values));
+            }
             // Tables without declared column types, such as those of pandas, have this type if every row is null
             // or there is no row; this may be a part of a larger table.
             DataType::Null => (Offsets::NoValues, lists),
@@ -204,9 +248,48 @@ impl<'a> Places<'a> {
             Offsets::Small(offsets) => offsets[row] as usize..offsets[row + 1] as usize,
             Offsets::Large(offsets) => offsets[row] as usize..offsets[row + 1] as usize,
             Offsets::Fixed(size) => row * size..(row + 1) * size,
+            Offsets::Each(ref ranges) => return ranges[row].clone(),
             Offsets::NoValues => return None,
         })
     }
+}
+
+/// Positions of the values of views.
+fn views<O: OffsetSizeTrait>(offsets: &[O], sizes: &[O]) -> Vec<Option<Range<usize>>> {
+    let range = |(offset, size): (&O, &O)| Some(offset.as_usize()..offset.as_usize() + size.as_usize());
+    offsets.iter().zip(sizes).map(range).collect()
+}
+
+/// The position of each row among the values of an encoded column, `None` for a null of the encoding, and the
+/// values; `None` if the column is not encoded.
+fn encoded(column: &ArrayRef) -> Option<(Vec<Option<usize>>, &ArrayRef)> {
+    Some(match column.data_type() {
+        DataType::Dictionary(..) => {
+            let held = column.as_any_dictionary();
+            let values = held.values();
+            let keys = if values.is_empty() { vec![0; held.len()] } else { held.normalized_keys() };
+            let place = |(row, key)| (held.keys().is_valid(row) && key < values.len()).then_some(key);
+            (keys.into_iter().enumerate().map(place).collect(), values)
+        }
+        DataType::RunEndEncoded(ends, _) => match ends.data_type() {
+            DataType::Int16 => run_ends::<Int16Type>(column)?,
+            DataType::Int32 => run_ends::<Int32Type>(column)?,
+            _ => run_ends::<Int64Type>(column)?,
+        },
+        _ => return None,
+    })
+}
+
+fn run_ends<R: RunEndIndexType>(column: &ArrayRef) -> Option<(Vec<Option<usize>>, &ArrayRef)> {
+    let held = column.as_run_opt::<R>()?;
+    Some(((0..held.len()).map(|row| Some(held.get_physical_index(row))).collect(), held.values()))
+}
+
+/// Values of a type that `convert` takes, plain or encoded.
+fn decoded(values: &ArrayRef, convert: Convert) -> Option<Vec<f64>> {
+    let Some((places, held)) = encoded(values) else { return convert(values) };
+    let held = decoded(held, convert)?;
+    Some(places.into_iter().map(|place| place.map_or(f64::NAN, |at| held[at])).collect())
 }
 
 /// A list of numbers in each row.
@@ -261,7 +344,7 @@ impl<'a> Lists<'a> {
         Self::converted_by(converted, lists, scale).ok_or_else(|| Error::ColumnType {
             name: name.to_owned(),
             found: lists.data_type().clone(),
-            needed: "a list, a large list or a fixed-size list of numbers",
+            needed: NUMBERS,
         })
     }
 
@@ -270,7 +353,7 @@ impl<'a> Lists<'a> {
         let (places, values) = Places::new(lists)?;
         let values = match values.data_type() {
             _ if scale != Scale::Factor(1.0) => {
-                let written = convert(values)?.into_iter();
+                let written = decoded(values, convert)?.into_iter();
                 Values::Converted(written.map(|number| scale.of(number)).collect())
             }
             DataType::Float64 if values.null_count() == 0 => {
@@ -279,7 +362,7 @@ impl<'a> Lists<'a> {
             DataType::Float32 if values.null_count() == 0 => {
                 Values::Singles(values.as_primitive::<Float32Type>().values())
             }
-            _ => Values::Converted(convert(values)?),
+            _ => Values::Converted(decoded(values, convert)?),
         };
         Some(Self { places, values })
     }
@@ -348,7 +431,7 @@ impl<'a> Times<'a> {
         dates().or_else(numbers).ok_or_else(|| Error::ColumnType {
             name: name.to_owned(),
             found: lists.data_type().clone(),
-            needed: "a list, a large list or a fixed-size list of numbers, dates or durations",
+            needed: TIMES,
         })
     }
 
@@ -385,8 +468,8 @@ impl Numbers {
         convert: Convert,
         needed: &'static str,
     ) -> Result<Self, Error> {
-        let held = column(batch, name)?;
-        let mut values = convert(held).ok_or_else(|| Error::ColumnType {
+        let held = values(batch, name, needed)?;
+        let mut values = decoded(held, convert).ok_or_else(|| Error::ColumnType {
             name: name.to_owned(),
             found: held.data_type().clone(),
             needed,
@@ -461,9 +544,18 @@ fn wide(value: i256) -> f64 {
     value.to_i128().map_or_else(|| high as f64 * 2f64.powi(128) + low as f64, |v| v as f64)
 }
 
-/// Whether the type of the values includes a unit of time.
+/// Whether the type of the values, plain or encoded, includes a unit of time.
 fn is_duration(values: &ArrayRef) -> bool {
-    matches!(values.data_type(), DataType::Duration(_))
+    matches!(plain(values.data_type()), DataType::Duration(_))
+}
+
+/// The type of the values of a column, whose encoding as a dictionary or in runs changes none of them.
+pub fn plain(found: &DataType) -> &DataType {
+    match found {
+        DataType::Dictionary(_, values) => plain(values),
+        DataType::RunEndEncoded(_, values) => plain(values.data_type()),
+        other => other,
+    }
 }
 
 /// [`converted`], with durations in seconds.

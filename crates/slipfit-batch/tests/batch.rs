@@ -7,8 +7,12 @@ use arrow_array::types::{
     ArrowPrimitiveType, Float32Type, Float64Type, Int16Type, Int32Type, Int64Type, TimestampNanosecondType,
     UInt8Type, UInt64Type,
 };
-use arrow_array::{Array, ArrayRef, Float64Array, ListArray, RecordBatch, StringArray};
-use arrow_schema::{Field, Schema};
+use arrow_array::{
+    Array, ArrayRef, DictionaryArray, Float64Array, Int16Array, Int32Array, ListArray, ListViewArray,
+    RecordBatch, RunArray, StringArray,
+};
+use arrow_buffer::{OffsetBuffer, ScalarBuffer};
+use arrow_schema::{DataType, Field, Schema};
 use proptest::prelude::*;
 use slipfit::SignalKind;
 use slipfit::ringdown::LowPass;
@@ -76,6 +80,83 @@ fn every_kind_of_list_gives_one_answer() {
         let part = fit_batch(&batch(column.slice(1, 2)), &options()).unwrap();
         assert_eq!(part, whole.slice(1, 2));
     }
+}
+
+#[test]
+fn encoded_columns_are_decoded() {
+    let traces = [decay(0.2, 0.7, 300), decay(0.1, 0.5, 300)];
+    let interval = [Some(0.01), Some(0.01), None, Some(0.02)];
+    let plain = lists::<Float64Type>(
+        &[Some(traces[0].clone()), Some(traces[0].clone()), None, Some(traces[1].clone())],
+        |v| v,
+    );
+    let held = lists::<Float64Type>(&traces.clone().map(Some), |v| v);
+    let dictionary = DictionaryArray::new(
+        Int32Array::from(vec![Some(0), Some(0), None, Some(1)]),
+        Arc::clone(&held),
+    );
+    let with_null =
+        lists::<Float64Type>(&[Some(traces[0].clone()), None, Some(traces[1].clone())], |v| v);
+    let runs = RunArray::try_new(&Int32Array::from(vec![2, 3, 4]), &with_null).unwrap();
+    let values = held.as_list::<i32>().values();
+    let field = Arc::new(Field::new_list_field(DataType::Float64, true));
+    let views = ListViewArray::new(
+        field,
+        ScalarBuffer::from(vec![0, 0, 0, 300]),
+        ScalarBuffer::from(vec![300; 4]),
+        Arc::clone(values),
+        Some(vec![true, true, false, true].into()),
+    );
+    // The numbers within the lists are encoded.
+    let numbers = plain.as_list::<i32>().values().as_primitive::<Float64Type>().clone();
+    let keys: Vec<i32> = (0..numbers.len() as i32).collect();
+    let within = DictionaryArray::new(Int32Array::from(keys), Arc::new(numbers));
+    let field = Arc::new(Field::new_list_field(within.data_type().clone(), true));
+    let lengths = OffsetBuffer::from_lengths([300, 300, 0, 300]);
+    let nulls = Some(vec![true, true, false, true].into());
+    let within = ListArray::new(field, lengths, Arc::new(within), nulls);
+    let columns: [ArrayRef; 4] = [Arc::new(dictionary), Arc::new(runs), Arc::new(views), Arc::new(within)];
+
+    let steps = Float64Array::from(vec![0.01, 0.02]);
+    let coded = DictionaryArray::new(
+        Int16Array::from(vec![Some(0), Some(0), None, Some(1)]),
+        Arc::new(steps) as ArrayRef,
+    );
+    let in_runs = RunArray::try_new(
+        &Int16Array::from(vec![2, 3, 4]),
+        &Float64Array::from(vec![Some(0.01), None, Some(0.02)]),
+    );
+    let intervals: [ArrayRef; 3] =
+        [Arc::new(Float64Array::from(interval.to_vec())), Arc::new(coded), Arc::new(in_runs.unwrap())];
+
+    let options = Options::fit(Signal::Amplitude("amplitude".into()), Number::Column("dt".into()));
+    let answered = |traces: &ArrayRef, dt: &ArrayRef| {
+        let batch =
+            RecordBatch::try_from_iter([("amplitude", Arc::clone(traces)), ("dt", Arc::clone(dt))]).unwrap();
+        let whole = fit_batch(&batch, &options).unwrap();
+        assert_eq!(fit_batch(&batch.slice(1, 3), &options).unwrap(), whole.slice(1, 3));
+        whole
+    };
+    let expected = answered(&plain, &intervals[0]);
+    assert_eq!(text(&expected, "reason", 2), "dt is null");
+    for traces in columns.iter().chain([&plain]) {
+        for dt in &intervals {
+            assert_eq!(answered(traces, dt), expected, "{} {}", traces.data_type(), dt.data_type());
+        }
+    }
+    // Without its interval a null of the encoding is a trace that is null.
+    for traces in &columns {
+        let answer = fit_batch(&batch(Arc::clone(traces)), &self::options()).unwrap();
+        assert_eq!(text(&answer, "reason", 2), "the trace is null");
+    }
+    let words: ArrayRef = Arc::new(["a", "b"].into_iter().collect::<DictionaryArray<Int32Type>>());
+    let table = RecordBatch::try_from_iter([("amplitude", plain.slice(0, 2)), ("dt", words)]).unwrap();
+    let told = fit_batch(&table, &options).unwrap_err().to_string();
+    assert!(told.contains("`dt` is Dictionary(Int32, Utf8)"), "{told}");
+    // A dictionary without values, whose rows are all null.
+    let empty = DictionaryArray::new(Int32Array::from(vec![None; 2]), held.slice(0, 0));
+    let answer = fit_batch(&batch(Arc::new(empty)), &self::options()).unwrap();
+    assert_eq!(text(&answer, "reason", 1), "the trace is null");
 }
 
 #[test]

@@ -13,7 +13,7 @@ use pyo3::exceptions::{PyKeyError, PyStopIteration};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyCapsule};
 use slipfit::SignalKind;
-use slipfit_batch::{Clock, Error, Method, Number, Options, Signal, fit_batch_until};
+use slipfit_batch::{Clock, Error, Method, Number, Options, Signal, fit_batch_until, plain};
 use std::collections::HashMap;
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -254,7 +254,7 @@ fn batch_error(py: Python<'_>, error: Error) -> PyErr {
         Error::AmbiguousColumn { name } => {
             Failure::new(py, "OptionError", "ambiguous_column", message).with("column", name).into_error()
         }
-        Error::ColumnType { name, .. } => {
+        Error::ColumnType { name, .. } | Error::Extension { name, .. } => {
             Failure::new(py, "OptionError", "column_type", message).with("column", name).into_error()
         }
         Error::Option { option, problem } => {
@@ -384,10 +384,12 @@ impl Source {
     #[getter]
     fn timed(&self) -> Vec<String> {
         let timed = |field: &&FieldRef| {
-            let of_values = match field.data_type() {
-                DataType::List(item) | DataType::LargeList(item) | DataType::FixedSizeList(item, _) => {
-                    item.data_type()
-                }
+            let of_values = match plain(field.data_type()) {
+                DataType::List(item)
+                | DataType::LargeList(item)
+                | DataType::FixedSizeList(item, _)
+                | DataType::ListView(item)
+                | DataType::LargeListView(item) => plain(item.data_type()),
                 other => other,
             };
             matches!(of_values, DataType::Duration(_) | DataType::Timestamp(..))
