@@ -261,6 +261,19 @@ pub fn unit_of_name(name: &str) -> Option<String> {
     Some(columns::name::Name::parse(name).unit).filter(|unit| columns::units::is_known(unit))
 }
 
+/// The unit of the amplitudes `10^(x/20)` of levels `x` in this unit; `None` if it is not a unit of levels.
+///
+/// ```
+/// use slipfit_io::unit_of_levels;
+/// assert_eq!(unit_of_levels("dBV"), Some("V"));
+/// assert_eq!(unit_of_levels("dB"), Some(""));
+/// assert_eq!(unit_of_levels("V"), None);
+/// ```
+#[must_use]
+pub fn unit_of_levels(unit: &str) -> Option<&'static str> {
+    columns::units::linear_unit(unit.trim())
+}
+
 /// Decodes bytes of a file as headers are decoded: UTF-8, else Windows-1252.
 ///
 /// ```

@@ -34,7 +34,7 @@ pub(crate) struct MapArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(0..=2), default_value_t = 2, help_heading = "Reading")]
     pub(crate) axis: u8,
 
-    /// Unit of the numbers; that of the file unless given
+    /// Unit of the numbers, such as nm, V, dBm; that of the file unless given. Levels in dB become amplitudes
     #[arg(long, value_name = "UNIT", help_heading = "Reading")]
     pub(crate) unit: Option<String>,
 

@@ -139,6 +139,71 @@ fn finished_blocks_are_taken_up() {
     assert!(map(&[]) != first);
 }
 
+/// A file of a stack of doubles.
+fn npy(shape: &str, numbers: &[f64]) -> Vec<u8> {
+    let header = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}, }}\n");
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend((header.len() as u16).to_le_bytes());
+    bytes.extend(header.as_bytes());
+    bytes.extend(numbers.iter().flat_map(|v| v.to_le_bytes()));
+    bytes
+}
+
+/// Levels were fitted as amplitudes.
+#[test]
+fn levels_in_decibels_are_those_of_amplitudes() {
+    let folder = tempfile::tempdir().unwrap();
+    let traces = |of: fn(f64) -> f64| -> Vec<f64> {
+        let fall = |pixel: u32, i: u32| {
+            let left = (-0.01 * f64::from(i)).exp();
+            left - 0.1 * f64::from(pixel + 1) * (1.0 - left)
+        };
+        (0..4).flat_map(|pixel| (0..100).map(move |i| of(fall(pixel, i)))).collect()
+    };
+    let (linear, levels) = (folder.path().join("linear.npy"), folder.path().join("levels.npy"));
+    fs::write(&linear, npy("(2, 2, 100)", &traces(|a| a))).unwrap();
+    fs::write(&levels, npy("(2, 2, 100)", &traces(|a| 20.0 * a.log10()))).unwrap();
+    let csv = |file: &Path, args: &str| {
+        let args = format!("--dt 0.01 --frequency-hz 50 --min-amplitude 0.5 --table - -q {args}");
+        stdout(slipfit().arg("map").arg(file).args(args.split_whitespace()))
+    };
+    let wanted = csv(&linear, "--unit V");
+    for unit in ["dB", "dBV", "dBm"] {
+        let found = csv(&levels, &format!("--unit {unit}"));
+        for name in ["sliding_rate", "decay_rate_per_s", "friction_displacement", "initial_amplitude"] {
+            for (one, other) in numbers(&found, name).iter().zip(numbers(&wanted, name)) {
+                assert!((one / other - 1.0).abs() < 1e-6, "{unit} {name}: {one} {other}");
+            }
+        }
+        assert_eq!(column(&found, "samples"), column(&wanted, "samples"), "{unit}");
+    }
+    let said = stdout(slipfit().arg("map").arg(&levels).args(["--dt", "0.01", "--unit", "dBV"]));
+    assert!(said.contains("V/s") && !said.contains("dB"), "{said}");
+    let args = "--dt 0.01 --unit dB --kind displacement --method analyse";
+    assert!(refusal(&levels, args).contains("--unit: levels in dB are those of amplitudes"));
+}
+
+/// The displacement of a velocity was given in the unit of the velocity.
+#[test]
+fn a_map_of_velocities_has_displacements() {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, map) = (folder.path().join("velocity.npy"), folder.path().join("map.zarr"));
+    let swing = |i: u32| {
+        let t = 1e-3 * f64::from(i);
+        (1.05 * (-t).exp() - 0.05) * (300.0 * t).sin()
+    };
+    let trace: Vec<f64> = (0..2000).map(swing).collect();
+    fs::write(&file, npy("(1, 1, 2000)", &trace)).unwrap();
+    let args = ["--dt", "1e-3", "--kind", "velocity", "--method", "analyse", "--unit", "mm/s", "--table"];
+    let said = stdout(slipfit().arg("map").arg(&file).args(args).arg(&map));
+    assert!(said.contains("friction displacement: median") && !said.contains("m/s,"), "{said}");
+    let attributes = |name: &str| fs::read_to_string(map.join(name).join("zarr.json")).unwrap();
+    for (name, unit) in [("friction_displacement", "mm"), ("decay_rate_per_s", "1/s"), ("start_s", "s")] {
+        let told = attributes(name).split_whitespace().collect::<String>();
+        assert!(told.contains(&format!("\"units\":\"{unit}\"")), "{name}: {told}");
+    }
+}
+
 #[test]
 fn what_is_no_stack_is_refused() {
     let folder = tempfile::tempdir().unwrap();

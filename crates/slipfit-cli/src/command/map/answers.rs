@@ -11,13 +11,12 @@ use slipfit_report::plot::{self, Image};
 use std::collections::BTreeMap;
 
 /// The answers of all blocks.
-pub(super) struct Map<'a> {
+pub(super) struct Map {
     pub(super) parts: Vec<RecordBatch>,
     pub(super) pixels: [usize; 2],
-    pub(super) unit: &'a str,
 }
 
-impl Map<'_> {
+impl Map {
     /// A column of numbers; `None` if a pixel has none.
     pub(super) fn numbers(&self, name: &str) -> Vec<Option<f64>> {
         let columns = self.parts.iter().filter_map(|part| part.column_by_name(name));
@@ -31,16 +30,8 @@ impl Map<'_> {
 
     /// The unit of a column; empty if it has none.
     pub(super) fn unit_of(&self, column: &str) -> String {
-        let starts = |names: &[&str]| names.iter().any(|name| column.starts_with(name));
-        let endings = [("_per_s", "1/s"), ("_hz", "Hz"), ("_s", "s")];
-        if starts(&["friction_displacement", "initial_amplitude", "residual_rms"]) {
-            self.unit.to_owned()
-        } else if starts(&["sliding_rate"]) {
-            if self.unit.is_empty() { "1/s".to_owned() } else { format!("{}/s", self.unit) }
-        } else {
-            let known = endings.iter().find(|(ending, _)| column.ends_with(ending));
-            known.map_or_else(String::new, |(_, unit)| (*unit).to_owned())
-        }
+        let field = self.parts.first().and_then(|part| part.schema_ref().field_with_name(column).ok());
+        field.and_then(|field| field.metadata().get("unit").cloned()).unwrap_or_default()
     }
 
     /// The quantities that are drawn and summarised: name, words and unit.

@@ -15,7 +15,7 @@ pub(super) struct Field {
     pub(super) width: usize,
 }
 
-pub(super) fn fields(map: &Map<'_>) -> Vec<Field> {
+pub(super) fn fields(map: &Map) -> Vec<Field> {
     let Some(first) = map.parts.first() else { return Vec::new() };
     let schema = first.schema();
     let field = |(at, field): (usize, &std::sync::Arc<arrow_schema::Field>)| {
@@ -33,7 +33,7 @@ pub(super) fn fields(map: &Map<'_>) -> Vec<Field> {
     schema.fields().iter().enumerate().map(field).collect()
 }
 
-fn longest(map: &Map<'_>, at: usize) -> usize {
+fn longest(map: &Map, at: usize) -> usize {
     let of = |part: &arrow_array::RecordBatch| {
         let column = part.column(at).as_string::<i32>();
         (0..column.len()).map(|row| column.value(row).len()).max().unwrap_or(0)

@@ -69,7 +69,7 @@ pub(crate) fn run(args: &MapArgs, color: ColorChoice) -> Result<ExitCode, Failur
     }
     bar.finish_and_clear();
     interrupt::begin_completion();
-    let map = Map { parts, pixels: [rows, columns], unit: &options.unit };
+    let map = Map { parts, pixels: [rows, columns] };
     if let Some(table) = table {
         table.write(&map)?;
     }
@@ -110,6 +110,9 @@ fn options(args: &MapArgs, unit: &str) -> Options {
     let mut options = Options::new(signal, Clock::Interval(Number::Same(args.dt)), method);
     options.frequency_hz = args.frequency_hz.map(Number::Same);
     options.min_amplitude = args.min_amplitude.map(Number::Same);
-    options.unit = args.unit.clone().unwrap_or_else(|| unit.to_owned());
+    let unit = args.unit.as_deref().unwrap_or(unit);
+    let of_levels = slipfit_io::unit_of_levels(unit);
+    options.levels = of_levels.is_some();
+    options.unit = of_levels.unwrap_or(unit).to_owned();
     options
 }

@@ -16,7 +16,7 @@ use std::path::Path;
 
 /// Where a map is written, and how.
 pub(super) enum Table {
-    File(Target, fn(&mut dyn Write, &Map<'_>) -> io::Result<()>),
+    File(Target, fn(&mut dyn Write, &Map) -> io::Result<()>),
     Store(Store),
 }
 
@@ -38,7 +38,7 @@ impl Table {
         Ok(Self::File(outputs.add(flag, path)?, write))
     }
 
-    pub(super) fn write(&self, map: &Map<'_>) -> Result<(), Failure> {
+    pub(super) fn write(&self, map: &Map) -> Result<(), Failure> {
         match self {
             Self::File(target, write) => target.write(|out| write(out, map)),
             Self::Store(store) => store.write(zarr::files(map)),
@@ -47,13 +47,13 @@ impl Table {
 }
 
 /// Rows from top to bottom, and in each row the pixels from left to right.
-fn pixels<'a>(map: &'a Map<'_>) -> impl Iterator<Item = (usize, usize, &'a arrow_array::RecordBatch, usize)> {
+fn pixels<'a>(map: &'a Map) -> impl Iterator<Item = (usize, usize, &'a arrow_array::RecordBatch, usize)> {
     let columns = map.pixels[1];
     let rows = map.parts.iter().flat_map(|part| (0..part.num_rows()).map(move |row| (part, row)));
     rows.enumerate().map(move |(i, (part, row))| (i / columns, i % columns, part, row))
 }
 
-fn as_csv(out: &mut dyn Write, map: &Map<'_>) -> io::Result<()> {
+fn as_csv(out: &mut dyn Write, map: &Map) -> io::Result<()> {
     let Some(first) = map.parts.first() else { return Ok(()) };
     writeln!(out, "# slipfit {} map", env!("CARGO_PKG_VERSION"))?;
     let schema = first.schema();
@@ -84,7 +84,7 @@ fn cell(column: &ArrayRef, row: usize) -> String {
 
 /// An array of shape (y, x) with a named field for each column: `np.load(file)["decay_rate_per_s"]` is an
 /// image.
-fn as_npy(out: &mut dyn Write, map: &Map<'_>) -> io::Result<()> {
+fn as_npy(out: &mut dyn Write, map: &Map) -> io::Result<()> {
     let layout = fields(map);
     let described: Vec<String> =
         layout.iter().map(|Field { name, code, .. }| format!("('{name}', '{code}')")).collect();
@@ -111,7 +111,7 @@ fn as_npy(out: &mut dyn Write, map: &Map<'_>) -> io::Result<()> {
     Ok(())
 }
 
-fn as_arrow(out: &mut dyn Write, map: &Map<'_>) -> io::Result<()> {
+fn as_arrow(out: &mut dyn Write, map: &Map) -> io::Result<()> {
     let Some(first) = map.parts.first() else { return Ok(()) };
     let failed = |e| io::Error::other(format!("Arrow: {e}"));
     let [rows, columns] = map.pixels;

@@ -5,7 +5,7 @@ use super::layout::{Field, fields, put};
 use serde_json::{Value, json};
 
 /// The files of the store, by their path in it.
-pub(super) fn files(map: &Map<'_>) -> Vec<(String, Vec<u8>)> {
+pub(super) fn files(map: &Map) -> Vec<(String, Vec<u8>)> {
     let group = json!({"zarr_format": 2});
     let made = json!({"slipfit": env!("CARGO_PKG_VERSION")});
     let mut files = vec![(".zgroup".to_owned(), text(&group)), (".zattrs".to_owned(), text(&made))];
@@ -42,7 +42,7 @@ fn array(pixels: [usize; 2], field: &Field) -> Value {
     })
 }
 
-fn attributes(map: &Map<'_>, column: &str) -> Value {
+fn attributes(map: &Map, column: &str) -> Value {
     let mut said = json!({"_ARRAY_DIMENSIONS": ["y", "x"]});
     let unit = map.unit_of(column);
     if !unit.is_empty() {
