@@ -33,7 +33,7 @@ mod _core {
         record_of_arrays, unit_factor, unit_of_name,
     };
     #[pymodule_export]
-    use crate::simulate::{decay, driven, sweep};
+    use crate::simulate::{decay, driven, readings};
     #[pymodule_export]
     use crate::stack::Stack;
 

@@ -6,7 +6,7 @@ use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
 use slipfit::answer::hint::Analysis;
 use slipfit::motion::decay::FreeDecay;
-use slipfit::motion::simulate::{Drive, Motion};
+use slipfit::motion::simulate::{Drive, Friction, Harmonic, Motion};
 use slipfit::motion::steady::scan::{self, Reading};
 use slipfit::motion::steady::{HarmonicDrive, solve};
 use slipfit::{Error, Oscillator};
@@ -90,14 +90,15 @@ pub(crate) fn decay<'py>(
     Ok((time_s.into_pyarray(py), signal.into_pyarray(py)))
 }
 
-/// Samples of the motion under a harmonic drive.
+/// A harmonic of a drive: amplitude, frequency [Hz] or that of the oscillator, and phase ahead of a cosine [rad].
+type HarmonicChoice = (f64, Option<f64>, f64);
+
+/// Samples of the motion under a drive of harmonics; steady motion is that under the first one.
 #[pyfunction]
-#[allow(clippy::too_many_arguments, reason = "keyword arguments of a simulation")]
 pub(crate) fn driven<'py>(
     py: Python<'py>,
     oscillator: OscillatorChoices,
-    drive_amplitude: f64,
-    drive_frequency_hz: Option<f64>,
+    harmonics: Vec<HarmonicChoice>,
     duration_s: f64,
     rate_hz: f64,
     steady: bool,
@@ -106,13 +107,19 @@ pub(crate) fn driven<'py>(
     let time_s = times(py, duration_s, rate_hz)?;
     let (time_s, signal) = simulated(py, move || {
         let oscillator = oscillator.build()?;
-        let omega = TAU * drive_frequency_hz.unwrap_or(oscillator.frequency_hz());
-        let (position, velocity) = if steady {
-            solve(&oscillator, &HarmonicDrive::new(drive_amplitude, omega)?)?.state.state(0.0)
-        } else {
-            (0.0, 0.0)
+        let harmonic = |(amplitude, hz, phase): HarmonicChoice| Harmonic {
+            amplitude,
+            omega: TAU * hz.unwrap_or(oscillator.frequency_hz()),
+            phase,
         };
-        let mut drive = Drive::harmonic(drive_amplitude, omega)?;
+        let harmonics: Vec<Harmonic> = harmonics.into_iter().map(harmonic).collect();
+        let (position, velocity) = match harmonics.first() {
+            Some(first) if steady => {
+                solve(&oscillator, &HarmonicDrive::new(first.amplitude, first.omega)?)?.state.state(0.0)
+            }
+            _ => (0.0, 0.0),
+        };
+        let mut drive = Drive::harmonics(0.0, &harmonics)?;
         drive.check_sampling(rate_hz)?;
         if let Some(off_s) = drive_off_s {
             drive = drive.until(off_s)?;
@@ -125,29 +132,27 @@ pub(crate) fn driven<'py>(
     Ok((time_s.into_pyarray(py), signal.into_pyarray(py)))
 }
 
-/// Frequency, amplitude and phase of a sweep.
+/// Amplitude and phase of the fundamental at each drive amplitude and frequency [Hz], or that of the oscillator.
 #[pyfunction]
-#[allow(clippy::type_complexity, reason = "three arrays")]
-pub(crate) fn sweep<'py>(
+pub(crate) fn readings<'py>(
     py: Python<'py>,
     oscillator: OscillatorChoices,
-    drive_amplitude: f64,
-    frequency_hz: Vec<f64>,
+    steps: Vec<(f64, Option<f64>)>,
     wait_s: Option<f64>,
-) -> PyResult<(Array<'py>, Array<'py>, Array<'py>)> {
+) -> PyResult<(Array<'py>, Array<'py>)> {
     let readings: Vec<Reading> = simulated(py, move || {
         let oscillator = oscillator.build()?;
+        let steps = steps.into_iter().map(|(x_0, hz)| (x_0, hz.unwrap_or(oscillator.frequency_hz())));
         match wait_s {
             Some(wait_s) => {
-                let steps: Vec<_> = frequency_hz.iter().map(|f| (drive_amplitude, *f)).collect();
-                let friction = slipfit::motion::simulate::Friction::of(&oscillator);
-                scan::stepped(&oscillator, friction, &steps, wait_s)
+                let steps: Vec<_> = steps.collect();
+                scan::stepped(&oscillator, Friction::of(&oscillator), &steps, wait_s)
             }
-            None => frequency_hz.iter().map(|f| scan::reading(&oscillator, drive_amplitude, *f)).collect(),
+            None => steps.map(|(x_0, hz)| scan::reading(&oscillator, x_0, hz)).collect(),
         }
     })?;
     let column = |of: fn(&Reading) -> f64| readings.iter().map(of).collect::<Vec<_>>().into_pyarray(py);
     // A mass at rest has no phase.
     let phase_rad = |r: &Reading| r.phase_rad().unwrap_or(f64::NAN);
-    Ok((column(|r| r.frequency_hz), column(Reading::amplitude), column(phase_rad)))
+    Ok((column(Reading::amplitude), column(phase_rad)))
 }

@@ -45,6 +45,7 @@ CALLS = {
     "simulate.decay": {**OSCILLATOR, "amplitude": 1, "duration_s": 9, "rate_hz": 9},
     "simulate.driven": {**OSCILLATOR, "drive_amplitude": 1, "duration_s": 9, "rate_hz": 9},
     "simulate.sweep": {**OSCILLATOR, "drive_amplitude": 1, "frequencies_hz": [0.9, 1.0]},
+    "simulate.levels": {**OSCILLATOR, "drive_amplitudes": [0.9, 1.0]},
 }  # fmt: skip
 
 WRONG = [

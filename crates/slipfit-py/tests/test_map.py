@@ -414,3 +414,28 @@ def test_what_is_no_stack_says_what_is(stack):
     times = 1e3 * DT * np.arange(stack.shape[-1])
     labelled = xr.DataArray(np.moveaxis(stack, -1, 0), dims=("time (ms)", "y", "x"), coords={"time (ms)": times})
     xr.testing.assert_allclose(slipfit.fit_map(labelled), slipfit.fit_map(stack, DT))
+
+
+def test_a_map_of_levels_is_that_of_their_amplitudes(stack):
+    """An error spoke of a signal that no argument is."""
+    amplitudes = np.abs(stack) + 1e-6
+    levels = 20 * np.log10(amplitudes)
+    plain, found = slipfit.fit_map(amplitudes, DT, unit="V"), slipfit.fit_map(levels, DT, unit="dBV")
+    for name in ("sliding_rate", "decay_rate_per_s", "initial_amplitude"):
+        np.testing.assert_allclose(found[name], plain[name], rtol=1e-6)
+        assert found[name].attrs == plain[name].attrs
+    for method, option in (("analyse", "kind"), ("fit", "method")):
+        with pytest.raises(slipfit.OptionError, match=f"{option}=") as raised:
+            slipfit.fit_map(levels, DT, unit="dB", kind="displacement", method=method)
+        assert raised.value.option == option and "signal" not in str(raised.value)
+
+
+def test_the_map_of_the_command_is_that_of_the_package(command, stack, tmp_path):
+    levels = 20 * np.log10(np.abs(stack) + 1e-6)
+    np.save(tmp_path / "levels.npy", levels)
+    table = tmp_path / "map.npy"
+    told = [command, "map", tmp_path / "levels.npy", "--dt", str(DT), "--unit", "dBm", "--table", table, "--quiet"]
+    subprocess.run(told, check=True)
+    found, own = np.load(table), slipfit.fit_map(levels, DT, unit="dBm")
+    for name in ("sliding_rate", "decay_rate_per_s", "initial_amplitude", "residual_rms"):
+        np.testing.assert_array_equal(found[name], own[name].values)

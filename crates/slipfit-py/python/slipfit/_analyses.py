@@ -597,6 +597,7 @@ def _curve(
         "frequency_hz": _input.hertz("frequency", frequency), "amplitude": amplitude, "phase_rad": phases,
         "real": real, "imaginary": imaginary, "std_error": errors, "drive": drives,
     }  # fmt: skip
+    _input.check_any(columns, {"frequency_hz": "frequency", "amplitude": "response", "real": "response", "imaginary": "response"})
     curve: _core.Curve = _of_arrays(_core.curve_of_arrays, columns, told, kind)
     return curve
 
@@ -784,6 +785,7 @@ def _levels(
         "drive": _input.vector("drive", drive), "amplitude": measured, "real": real, "imaginary": imaginary,
         "std_error": None if std_error is None else _input.alike("std_error", std_error, of_numbers),
     }  # fmt: skip
+    _input.check_any(columns, {"real": "amplitude", "imaginary": "amplitude"})
     of_drive, _ = _input.named(drive, None, _input.unit_told("drive", _input.own_unit(drive), drive_unit, "drive_unit"))
     levels: _core.Levels = _of_arrays(_core.levels_of_arrays, columns, told, of_drive)
     return levels
@@ -880,6 +882,12 @@ _HELD: dict[str, Any] = {"ringdown": _core.Record, "resonance": _core.Curve, "le
 
 #: What each analysis answers.
 _ANSWERS = {"ringdown": RingdownAnswer, "resonance": ResonanceAnswer, "levels": LevelsAnswer}
+
+#: What reads the arrays of each analysis, and its files.
+_OF_ARGUMENTS: dict[str, Callable[..., Any]] = {"ringdown": _record, "resonance": _curve, "levels": _levels}
+_OF_FILES: dict[str, Callable[..., Any]] = {
+    "ringdown": _core.read_record, "resonance": _core.read_curve, "levels": _core.read_levels,
+}  # fmt: skip
 
 #: Options of each analysis that belong to its arrays.
 _OF_ARRAYS = {
@@ -986,11 +994,9 @@ class Measurement:
             if framed:
                 words = {"unit", "drive_unit", "kind"}
                 _nothing_besides({name: value for name, value in own.items() if name not in words}, "a table", "")
-                read = {"ringdown": _core.read_record, "resonance": _core.read_curve, "levels": _core.read_levels}[analysis]
-                held = _of_frame("data", data, read, **own)
+                held = _of_frame("data", data, _OF_FILES[analysis], **own)
             else:
-                convert = {"ringdown": _record, "resonance": _curve, "levels": _levels}[analysis]
-                held = public(convert)(*(pair or (data,)), **own)
+                held = public(_OF_ARGUMENTS[analysis])(*(pair or (data,)), **own)
         except SlipfitError as error:
             option = "options" if error.details.get("option") in own else "data"
             raise type(error)(f"{option}: {error}", error.code, details={"option": option}) from None

@@ -35,7 +35,7 @@ _BEHIND: dict[str, tuple[str, ...]] = {
     "calibration": ("stiffness", "mass", "torsion_stiffness", "inertia"),
     "position": ("amplitude",),
     "displacement": ("amplitude",),
-    "drive amplitude": ("drive_amplitude",),
+    "drive amplitude": ("drive_amplitude", "drive_amplitudes", "tone"),
     "drive frequency_hz": ("drive_frequency_hz", "frequency_hz"),
     "omega": ("frequencies_hz", "drive_frequency_hz", "frequency_hz"),
     "omega_0": ("frequency_hz", "stiffness", "mass"),
@@ -103,9 +103,9 @@ def _alternatives(annotation: Any) -> tuple[Any, ...]:
 
 def _is_number(value: Any) -> bool:
     # NumPy would convert a text, or a duration in whatever unit it counts.
-    if getattr(value, "ndim", 0):
+    if getattr(value, "ndim", 0) or isinstance(value, bool):
         return False
-    return hasattr(type(value), "__float__") and getattr(getattr(value, "dtype", None), "kind", "f") in "biuf"
+    return hasattr(type(value), "__float__") and getattr(getattr(value, "dtype", None), "kind", "f") in "iuf"
 
 
 def _is_pair(value: Any) -> bool:
@@ -135,7 +135,7 @@ def _is_one(value: Any, kind: Any) -> bool:
     if kind is float:
         return _is_number(value)
     if kind is int:
-        return hasattr(type(value), "__index__") and not getattr(value, "ndim", 0)
+        return hasattr(type(value), "__index__") and not getattr(value, "ndim", 0) and not isinstance(value, bool)
     if kind is bool:
         return isinstance(value, bool) or getattr(getattr(value, "dtype", None), "kind", "") == "b"
     if isinstance(kind, (_Named, typing.ForwardRef)):
@@ -375,7 +375,9 @@ def _is_read(source: Any) -> bool:
 
 
 def _names(value: Any, column: str) -> bool:
-    return value == column if isinstance(value, str) else isinstance(value, (list, tuple)) and column in value
+    # Arrays, which a list may hold, cannot be compared with a text.
+    names = value if isinstance(value, (list, tuple)) else (value,)
+    return any(isinstance(one, str) and one == column for one in names)
 
 
 def _before(hint: Hint) -> str:

@@ -302,7 +302,7 @@ def _table(table: Any, column: str) -> Any:
             arrays.append(held if isinstance(held, (pa.Array, pa.ChunkedArray)) else pa.array(held))
             fields.append(pa.field(str(name), arrays[-1].type, metadata={"unit": own} if own else None))
         return pa.table(arrays, schema=pa.schema(fields))
-    except (pa.ArrowException, TypeError, ValueError) as error:
+    except (pa.ArrowException, TypeError, ValueError, LookupError) as error:
         raise wrong_type("table", table, f"columns of one length, one trace or number a row, are needed ({error})") from None
 
 
@@ -328,7 +328,7 @@ def _joined(tables: Iterator[Any], column: str) -> pa.RecordBatchReader:
         try:
             held = _table(one, column)
             return held if isinstance(held, pa.Table) else pa.table(held)
-        except (pa.ArrowException, TypeError, ValueError) as error:
+        except (pa.ArrowException, TypeError, ValueError, LookupError) as error:
             raise _input.refuse("table", f"table[{at}] cannot be taken: {error}") from None
 
     first = next(tables, None)
@@ -372,9 +372,17 @@ def _is_trace(row: Any) -> bool:
 
 def _cell(one: Any) -> Any:
     """A trace as pyarrow accepts it; anything else unchanged."""
+    if isinstance(one, (set, frozenset)):
+        raise TypeError("a set has no order")
     if isinstance(one, (list, tuple)) or not np.ndim(one):
         return one
-    array = np.asarray(_input.unmasked(_input.numbers(one)))
+    return _native(np.asarray(_input.unmasked(_input.numbers(one))))
+
+
+def _native(array: NDArray[Any]) -> NDArray[Any]:
+    """Numbers in a type that pyarrow has; anything else unchanged."""
+    if array.dtype.kind == "f" and array.dtype.itemsize > 8:
+        return array.astype(np.float64)
     return array.astype(array.dtype.newbyteorder("="), copy=False) if array.dtype.kind in "fiu" else array
 
 
@@ -386,19 +394,19 @@ def _column(values: Any) -> Any:
         return pa.array([_cell(one) for one in values])
     if isinstance(values, (str, bytes)):
         raise TypeError("a text is no column")
+    if isinstance(values, (set, frozenset)):
+        raise TypeError("a set has no order")
     values = values.to_numpy() if _input.is_of_xarray(values) else _input.numbers(values)
     if not isinstance(values, np.ndarray):
         return values
     values = _input.unmasked(values)
     if values.ndim < 2:
-        return pa.array(values.astype(values.dtype.newbyteorder("=")) if values.dtype.kind in "fiu" else values)
+        return pa.array(_native(values))
     if values.ndim > 2 or values.dtype.kind not in "fiu":
         raise TypeError(f"an array of {values.dtype} of the shape {values.shape}")
     if not values.shape[1]:
         return pa.array([[]] * values.shape[0], pa.list_(pa.float64()))
-    if values.dtype.itemsize > 8:
-        values = values.astype(np.float64)
-    flat = pa.array(np.ascontiguousarray(values, dtype=values.dtype.newbyteorder("=")).reshape(-1))
+    flat = pa.array(np.ascontiguousarray(_native(values)).reshape(-1))
     return pa.FixedSizeListArray.from_arrays(flat, values.shape[1])
 
 

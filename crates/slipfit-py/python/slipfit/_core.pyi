@@ -34,11 +34,11 @@ __all__ = [
     "read_levels",
     "read_record",
     "record_of_arrays",
+    "readings",
     "resonance_answer",
     "resonance_fit",
     "ringdown_answer",
     "series_answer",
-    "sweep",
     "unit_factor",
     "unit_of_name",
     "waveform",
@@ -243,13 +243,12 @@ def decay(
 ) -> tuple[_Vector, _Vector]: ...
 def driven(
     oscillator: _Choices,
-    drive_amplitude: float,
-    drive_frequency_hz: float | None,
+    harmonics: list[tuple[float, float | None, float]],
     duration_s: float,
     rate_hz: float,
     steady: bool,
     drive_off_s: float | None,
 ) -> tuple[_Vector, _Vector]: ...
-def sweep(
-    oscillator: _Choices, drive_amplitude: float, frequency_hz: list[float], wait_s: float | None
-) -> tuple[_Vector, _Vector, _Vector]: ...
+def readings(
+    oscillator: _Choices, steps: list[tuple[float, float | None]], wait_s: float | None
+) -> tuple[_Vector, _Vector]: ...

@@ -153,7 +153,9 @@ def fit_envelope(
         _input.number("offset_amplitude", offset_amplitude, unit),
         _input.number("decay_rate_per_s", decay_rate_per_s),
     )
-    found = _core.envelope(_input.seconds("time", time), _input.vector("amplitude", amplitude), start)
+    times = _input.seconds("time", time)
+    _input.check_order("time", times)
+    found = _core.envelope(times, _input.vector("amplitude", amplitude), start)
     best, error, correlation, rms, converged, steps = found
     return EnvelopeFit(Envelope(*best), Envelope(*error), np.array(correlation), rms, converged, steps)
 
@@ -214,7 +216,9 @@ def fit_waveform(
         _input.number("frequency_hz", frequency_hz),
         _input.number("offset", offset, unit),
     )
-    found = _core.waveform(_input.seconds("time", time), _input.vector("signal", signal), start)
+    times = _input.seconds("time", time)
+    _input.check_order("time", times)
+    found = _core.waveform(times, _input.vector("signal", signal), start)
     best, error, correlation, rms, converged, steps = found
     return DecayFit(Decay(*best), Decay(*error), np.array(correlation), rms, converged, steps)
 

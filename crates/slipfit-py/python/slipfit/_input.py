@@ -34,7 +34,7 @@ def unmasked(values: Any) -> Any:
         return values.filled(np.datetime64("NaT") if values.dtype.kind == "M" else np.timedelta64("NaT"))
     if values.dtype.kind in "fc":
         return values.filled(np.nan)
-    numbers: Any = values.astype(object if values.dtype.kind == "O" else np.float64)
+    numbers: Any = values.astype(object if values.dtype.kind in "Ob" else np.float64)
     return numbers.filled(np.nan)
 
 
@@ -84,6 +84,8 @@ def vector(name: str, values: ArrayLike) -> Vector:
         raise refuse(name, f"{name} is complex where real numbers are needed")
     if array.dtype.kind in "mM":
         raise refuse(name, f"{name} holds times where numbers are needed")
+    if array.dtype.kind == "b" or array.dtype.kind == "O" and any(isinstance(one, (bool, np.bool_)) for one in array):
+        raise refuse(name, f"{name} holds True and False where numbers are needed: {name}.astype(float) makes 1 and 0 of them")
     try:
         return _doubles(array)
     except (TypeError, ValueError, ArithmeticError) as error:
@@ -148,6 +150,14 @@ def unit_told(name: str, own: str | None, unit: str | None, option: str = "unit"
     if factor is None:
         raise refuse(option, f"{told}: give numbers without a unit, such as numpy.asarray({name})")
     raise refuse(option, f"{told}: convert {name} to {unit!r}, or leave {option} out")
+
+
+def check_any(columns: Mapping[str, Vector | None], names: Mapping[str, str]) -> None:
+    """Refuses a column without a number, under the name of its argument."""
+    for column, numbers in columns.items():
+        if numbers is not None and numbers.size and not np.isfinite(numbers).any():
+            name = names.get(column, column)
+            raise refuse(name, f"{name} holds no number: every value is missing or infinite")
 
 
 def alike(name: str, values: ArrayLike, unit: str | None) -> Vector:

@@ -9,7 +9,7 @@ import threading
 import zipfile
 from collections.abc import Callable, Iterator
 from pathlib import Path as FilePath
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ from . import _core, _input
 from ._arguments import public, shown, wrong_type
 from ._analyses import _INTERVAL
 from ._batch import answer_schema, fit_batch
-from .typing import Band, Interval, Path, Scalar
+from .typing import Band, Interval, Motion, Path, Scalar
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -208,6 +208,10 @@ def fit_map(
     if dt is None:
         raise _input.refuse("dt", "dt is needed: the interval of the samples [s]")
     unit = unit or ""
+    if kind in get_args(Motion) and method == "fit":
+        raise _input.refuse("method", f"method='fit' and kind={kind!r}: an oscillation needs the method analyse")
+    if kind != "amplitude" and _input.samples_in(unit)[2]:
+        raise _input.refuse("kind", f"kind={kind!r} of samples in {unit!r}: levels are those of amplitudes; an oscillation has signs")
     column = "amplitude" if kind == "amplitude" else "signal"
     options: dict[str, Any] = {
         column: "trace", "dt": _input.interval("dt", dt),

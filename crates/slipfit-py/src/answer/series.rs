@@ -11,6 +11,7 @@ use slipfit::answer::hint::Analysis;
 use slipfit::model::displacement::DisplacementUnit;
 use slipfit::series;
 use slipfit::series::{Condition, Data, Measurement};
+use slipfit::{levels, resonance, ringdown};
 use slipfit_io::ReadReport;
 use slipfit_report::{SeriesHeading, SeriesInput};
 
@@ -23,6 +24,9 @@ pub(crate) enum Measured<'py> {
     Sweep((PyRef<'py, Curve>, Option<PyRef<'py, Curve>>, ResonanceChoices)),
     #[pyo3(transparent)]
     Levels((PyRef<'py, Levels>, LevelsChoices)),
+    /// The data and options of an answer.
+    #[pyo3(transparent)]
+    Answered((PyRef<'py, Answer>,)),
 }
 
 /// Description of one file in the report of the series.
@@ -60,8 +64,34 @@ impl Measured<'_> {
                 let options = Box::new(choices.options(reading));
                 (Data::Levels { levels: Box::new(reading.levels.clone()), options }, input)
             }
+            Self::Answered((answer,)) => return answered(py, &answer.0),
         })
     }
+}
+
+/// The data and options of an answer; forces are those of the series.
+fn answered(py: Python<'_>, answer: &Analysed) -> PyResult<(Data, SeriesInput)> {
+    Ok(match answer {
+        Analysed::Ringdown { reading, options, .. } => {
+            let input = input(&reading.report, "ringdown", &reading.record.displacement_unit());
+            let options = Box::new(ringdown::Options { calibration: None, ..options.clone() });
+            (Data::RingDown { record: Box::new(reading.record.clone()), options }, input)
+        }
+        Analysed::Curve { reading, options, .. } => {
+            let input = input(&reading.report, "sweep", reading.curve.unit());
+            let options = Box::new(resonance::Options { calibration: None, ..(**options).clone() });
+            (Data::Sweep { curve: Box::new(reading.curve.clone()), options }, input)
+        }
+        Analysed::Levels { reading, options, .. } => {
+            let input = input(&reading.report, "levels", reading.levels.unit());
+            let options = Box::new(levels::Options { calibration: None, ..options.clone() });
+            (Data::Levels { levels: Box::new(reading.levels.clone()), options }, input)
+        }
+        Analysed::Series { .. } => {
+            let message = "an answer to a series has several measurements; each is needed by itself";
+            return Err(option_error(py, "data", message));
+        }
+    })
 }
 
 /// The error of one measurement, with its name added.
