@@ -197,7 +197,7 @@ fn a_map_of_velocities_has_displacements() {
     let args = ["--dt", "1e-3", "--kind", "velocity", "--method", "analyse", "--unit", "mm/s", "--table"];
     let said = stdout(slipfit().arg("map").arg(&file).args(args).arg(&map));
     assert!(said.contains("friction displacement: median") && !said.contains("m/s,"), "{said}");
-    let attributes = |name: &str| fs::read_to_string(map.join(name).join("zarr.json")).unwrap();
+    let attributes = |name: &str| fs::read_to_string(map.join(name).join(".zattrs")).unwrap();
     for (name, unit) in [("friction_displacement", "mm"), ("decay_rate_per_s", "1/s"), ("start_s", "s")] {
         let told = attributes(name).split_whitespace().collect::<String>();
         assert!(told.contains(&format!("\"units\":\"{unit}\"")), "{name}: {told}");

@@ -11,7 +11,6 @@ use slipfit::answer::hint::Analysis;
 use slipfit::model::displacement::DisplacementUnit;
 use slipfit::series;
 use slipfit::series::{Condition, Data, Measurement};
-use slipfit::{levels, resonance, ringdown};
 use slipfit_io::ReadReport;
 use slipfit_report::{SeriesHeading, SeriesInput};
 
@@ -74,17 +73,20 @@ fn answered(py: Python<'_>, answer: &Analysed) -> PyResult<(Data, SeriesInput)> 
     Ok(match answer {
         Analysed::Ringdown { reading, options, .. } => {
             let input = input(&reading.report, "ringdown", &reading.record.displacement_unit());
-            let options = Box::new(ringdown::Options { calibration: None, ..options.clone() });
+            let mut options = Box::new(options.clone());
+            options.calibration = None;
             (Data::RingDown { record: Box::new(reading.record.clone()), options }, input)
         }
         Analysed::Curve { reading, options, .. } => {
             let input = input(&reading.report, "sweep", reading.curve.unit());
-            let options = Box::new(resonance::Options { calibration: None, ..(**options).clone() });
+            let mut options = options.clone();
+            options.calibration = None;
             (Data::Sweep { curve: Box::new(reading.curve.clone()), options }, input)
         }
         Analysed::Levels { reading, options, .. } => {
             let input = input(&reading.report, "levels", reading.levels.unit());
-            let options = Box::new(levels::Options { calibration: None, ..options.clone() });
+            let mut options = Box::new(options.clone());
+            options.calibration = None;
             (Data::Levels { levels: Box::new(reading.levels.clone()), options }, input)
         }
         Analysed::Series { .. } => {
