@@ -228,7 +228,10 @@ impl<'a> Places<'a> {
                 let (inner, values) = Self::new(held)?;
                 let ranges = places.into_iter().map(|place| inner.of(place?)).collect();
                 // Nulls of the encoding are among the ranges.
-                return Some((Self { rows: lists.len(), nulls: None, offsets: Offsets::Each(ranges) }, values));
+                return Some((
+                    Self { rows: lists.len(), nulls: None, offsets: Offsets::Each(ranges) },
+                    values,
+                ));
             }
             // Tables without declared column types, such as those of pandas, have this type if every row is null
             // or there is no row; this may be a part of a larger table.

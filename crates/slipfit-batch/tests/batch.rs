@@ -91,12 +91,9 @@ fn encoded_columns_are_decoded() {
         |v| v,
     );
     let held = lists::<Float64Type>(&traces.clone().map(Some), |v| v);
-    let dictionary = DictionaryArray::new(
-        Int32Array::from(vec![Some(0), Some(0), None, Some(1)]),
-        Arc::clone(&held),
-    );
-    let with_null =
-        lists::<Float64Type>(&[Some(traces[0].clone()), None, Some(traces[1].clone())], |v| v);
+    let dictionary =
+        DictionaryArray::new(Int32Array::from(vec![Some(0), Some(0), None, Some(1)]), Arc::clone(&held));
+    let with_null = lists::<Float64Type>(&[Some(traces[0].clone()), None, Some(traces[1].clone())], |v| v);
     let runs = RunArray::try_new(&Int32Array::from(vec![2, 3, 4]), &with_null).unwrap();
     let values = held.as_list::<i32>().values();
     let field = Arc::new(Field::new_list_field(DataType::Float64, true));
