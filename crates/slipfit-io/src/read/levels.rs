@@ -132,6 +132,7 @@ impl Chooser<'_> {
         ])?;
         let parts = self.parts()?;
         let beside: Vec<usize> = parts.iter().flatten().map(|(index, _)| *index).collect();
+        let amplitude = self.asked("amplitude", &options.amplitude)?;
         let (drive, why_drive) = if let Some(index) = self.asked("drive", &options.drive)? {
             (index, "asked for")
         } else if let Some(index) = of(self, Role::Drive, &beside) {
@@ -141,16 +142,21 @@ impl Chooser<'_> {
             return Err(ReadProblem::TimeRecord { column: self.label(time), instead_of });
         } else {
             let other = |i: usize| {
-                matches!(self.roles[i], Role::Frequency | Role::Phase | Role::Never) || beside.contains(&i)
+                let used = beside.contains(&i) || amplitude == Some(i);
+                used || matches!(self.roles[i], Role::Frequency | Role::Phase | Role::Never)
             };
             let first = (0..self.roles.len()).find(|&i| self.filled(i) && !other(i));
             (first.ok_or_else(|| missing(self.head))?, "the first column")
         };
+        if let (true, Some(value)) = (amplitude == Some(drive), &options.amplitude) {
+            let problem = OptionProblem::SameColumn { column: self.label(drive), other: "drive" };
+            return Err(ReadProblem::Option { option: "amplitude", value: value.clone(), problem });
+        }
         let without: Vec<usize> = beside.iter().copied().chain([drive]).collect();
         let modulus = of(self, Role::Amplitude, &without);
         let parts = parts.filter(|_| !beside.contains(&drive));
         let ((amplitude, why_amplitude), imaginary) =
-            if let Some(index) = self.asked("amplitude", &options.amplitude)? {
+            if let Some(index) = amplitude {
                 ((index, "asked for"), None)
             } else if let Some([real, imaginary]) = parts.filter(|_| asks_for_parts || modulus.is_none()) {
                 (real, Some(imaginary))

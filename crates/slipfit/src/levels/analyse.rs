@@ -3,7 +3,7 @@
 use super::answer::{Answer, Breakaway, Diagnostics, LevelPoint};
 use super::branch::MovingBranch;
 use super::criteria::{Criteria, LevelCriteria};
-use super::exact_motion::corrected_for_exact_motion;
+use super::exact_motion::{LEAST_Q, QualityFactor, with_exact_motion};
 use super::line::{breakaway, undecided};
 use super::plateau::OffsetKind;
 use super::quantities::{Calibrated, LineQuantities, inverse};
@@ -22,9 +22,9 @@ use std::f64::consts::TAU;
 /// R_0 = Q (x_0 - 4F/(pi k)) = Q x_0 - (4/pi) Q x_F       above the threshold, else next to nothing
 /// ```
 ///
-/// which the exact motion follows to `2 (x_F/R_0)²` at high Q. If Q is known, the deviation of the exact motion at the
-/// undamped resonance from the line is subtracted from the levels first, so that Q and friction are also valid at low
-/// Q. The levels are split into a stuck and a moving branch if that describes them best; the moving branch gives slope
+/// which the exact motion follows to `2 (x_F/R_0)²` at high Q. If Q is known, the exact amplitude at the undamped
+/// resonance, including motion with stops, is fitted instead of the line, so that Q and friction are also valid at low
+/// Q and next to the threshold. The levels are split into a stuck and a moving branch if that describes them best; the moving branch gives slope
 /// and threshold, the split gives the breakaway. Without errors of the levels, constant noise and noise that grows with
 /// the amplitude are both taken into account by their restricted likelihood; given errors are accepted unless the
 /// levels scatter more. The reading of the detector where the mass sticks, its zero or its noise, is subtracted from
@@ -69,22 +69,20 @@ pub fn analyse(levels: &Levels, options: &Options) -> Result<Answer, Error> {
 /// As [`analyse`].
 pub fn analyse_with(levels: &Levels, options: &Options, criteria: &Criteria) -> Result<Answer, Error> {
     check(options)?;
-    let line = |levels: &Levels| by_line(levels, options, criteria);
-    Ok(corrected_for_exact_motion(levels, line(levels)?, &criteria.levels, line))
-}
-
-/// Analysis of the levels by the line of eq. (9).
-fn by_line(levels: &Levels, options: &Options, criteria: &Criteria) -> Result<Answer, Error> {
     let sorted = SortedLevels::of(levels);
     let branch = MovingBranch::of(&sorted, criteria).ok_or(Error::NoFit {
         reason: "fewer than three levels move, or the amplitude does not rise with the drive",
     })?;
+    let branch = match QualityFactor::of(levels, options) {
+        Some(q) => with_exact_motion(branch, &sorted, q, criteria),
+        None => branch,
+    };
     let found = LineQuantities::of(&branch, levels, criteria);
     let calibrated = found.calibrated(levels, options);
+    let found = found.with_error_of_q(options);
     let points = points(&sorted, &branch);
-    let [intercept, slope] = [0, 1].map(|k| branch.fit.parameters[k]);
     let undecided = undecided(&points, &branch.motion, &branch.line, &criteria.levels);
-    let breakaway = breakaway(&points, &branch.motion, &undecided, [intercept, slope], &criteria.levels);
+    let breakaway = breakaway(&points, &branch, &undecided, &criteria.levels);
     let undecided = undecided.iter().filter(|undecided| **undecided).count();
     let stuck = points.iter().filter(|p| !p.moving).count();
     let answer = Answer {
@@ -236,6 +234,11 @@ fn check(options: &Options) -> Result<(), Error> {
             crate::model::oscillator::above_zero(name, value)?;
             crate::model::oscillator::at_least_zero(name, std_error)?;
         }
+    }
+    if let Some([q, _]) = options.q_factor
+        && q <= LEAST_Q
+    {
+        return Err(Error::Parameter { name: "q_factor", value: q, range: "q_factor > 0.5 (underdamped)" });
     }
     if options.drive_gain.is_some() && options.q_factor.is_some() {
         return Err(Error::ConflictingParameters { first: "drive_gain", second: "q_factor" });

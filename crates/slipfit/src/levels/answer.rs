@@ -1,6 +1,7 @@
 //! The answer to a series of drive levels.
 
 use super::curve::Growth;
+use super::exact_motion::exact_row;
 use crate::Quantity;
 use crate::answer::columns::columns;
 use crate::answer::{Parameter, Parameters, Warning};
@@ -78,6 +79,8 @@ impl Detector {
 pub struct FittedLevels {
     pub(crate) slope: f64,
     pub(crate) threshold: f64,
+    /// Q of the exact motion; `None` for the line itself.
+    pub(crate) exact_q: Option<f64>,
     /// `c` of `y + c y² = slope (drive - threshold)`, or of `y + c y³`; zero for a line.
     pub(crate) bend: f64,
     pub(crate) growth: Growth,
@@ -86,9 +89,12 @@ pub struct FittedLevels {
 
 impl FittedLevels {
     /// Fitted amplitude `y` at a drive level, as read by the detector: `slope (drive - threshold)`, or with a bend `c`
-    /// the solution of `y + c y² = slope (drive - threshold)` or of `y + c y³`; zero motion below the threshold.
+    /// the solution of `y + c y² = slope (drive - threshold)` or of `y + c y³`; zero motion below the threshold. If Q is
+    /// known, the amplitude of the exact motion replaces that of the line.
     pub fn amplitude(&self, drive: f64) -> f64 {
-        self.read(self.slope * (drive - self.threshold))
+        let line = [-self.slope * self.threshold, self.slope];
+        let exact = self.exact_q.and_then(|q| exact_row(line, q, drive));
+        self.read(exact.map_or(self.slope * (drive - self.threshold), |row| row.amplitude(line)))
     }
 
     /// The same without friction, i.e. with zero threshold.

@@ -3,7 +3,7 @@
 use super::criteria::LevelCriteria;
 use super::curve::Growth;
 use super::noise::{AveragedFit, LinearLevels};
-use super::sorted::SortedLevels;
+use super::sorted::{LevelRow, SortedLevels};
 use crate::inference::Z_95;
 use crate::inference::coefficient::{AbsentCoefficient, WeightedEstimate};
 use crate::inference::criteria::InferenceCriteria;
@@ -15,23 +15,39 @@ use nalgebra::DMatrix;
 /// p value of a quadratic term or of a kink in the moving branch, and whether its slope decreases; 1 if there are fewer
 /// than `least` levels. The p value is multiplied by the number of alternatives: one for the quadratic term and one for
 /// each level at which a kink, as of a saturating amplifier, may lie.
-pub(super) fn bend(x: &[f64], y: &[f64], weight: &[f64], least: usize) -> (f64, bool) {
-    let n = x.len();
+pub(super) fn bend(
+    levels: &SortedLevels,
+    motion: &[f64],
+    moving: &[bool],
+    weight: &[f64],
+    least: usize,
+) -> (f64, bool) {
+    let all: Vec<usize> = (0..motion.len()).filter(|&i| moving[i]).collect();
+    let n = all.len();
     if n < least {
         return (1.0, false);
     }
-    let centre = x.iter().sum::<f64>() / n as f64;
-    let straight = (0..n).map(|i| (vec![1.0, x[i] - centre], y[i], weight[i]));
-    let Some((.., straight)) = linear(straight, 2) else { return (1.0, false) };
+    let x = |i: usize| levels.drive[i];
+    let centre = all.iter().map(|&i| x(i)).sum::<f64>() / n as f64;
+    let fit = |further: Option<&dyn Fn(f64) -> f64>| {
+        let rows = all.iter().map(|&i| {
+            let [by_intercept, by_slope] = levels.rows[i].by;
+            let mut row = vec![by_intercept, by_slope - centre * by_intercept];
+            row.extend(further.map(|f| f(x(i))));
+            (row, motion[i] - levels.rows[i].offset, weight[i])
+        });
+        linear(rows, if further.is_some() { 3 } else { 2 })
+    };
+    let Some((.., straight)) = fit(None) else { return (1.0, false) };
     let with = |further: &dyn Fn(f64) -> f64, times: f64| {
-        let rows = (0..n).map(|i| (vec![1.0, x[i] - centre, further(x[i])], y[i], weight[i]));
-        let (c, _, rss) = linear(rows, 3)?;
+        let (c, _, rss) = fit(Some(further))?;
         let dof = n as f64 - 3.0;
         let f = (straight - rss).max(0.0) / (rss / dof).max(f64::MIN_POSITIVE);
         Some(((times * f_tail(f, 1.0, dof)).min(1.0), c[2] < 0.0))
     };
-    let kinks = x.get(2..n.saturating_sub(2)).unwrap_or_default();
-    let kinked = kinks.iter().filter_map(|at| with(&|x| (x - at).max(0.0), kinks.len() as f64 + 1.0));
+    let kinks = all.get(2..n.saturating_sub(2)).unwrap_or_default();
+    let kinked =
+        kinks.iter().filter_map(|&at| with(&|drive| (drive - x(at)).max(0.0), kinks.len() as f64 + 1.0));
     let bent = with(&|x| (x - centre).powi(2), kinks.len() as f64 + 1.0);
     bent.into_iter().chain(kinked).min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((1.0, false))
 }
@@ -60,16 +76,16 @@ const INTERCEPT: usize = 0;
 const SLOPE: usize = 1;
 const BEND: usize = 2;
 
-/// Amplitudes and drives scaled by their largest values.
+/// Levels with amplitudes and weights; amplitudes and drives are scaled by their largest values.
 struct Problem<'a> {
     growth: Growth,
-    levels: &'a [[f64; 3]],
+    levels: &'a [(LevelRow, [f64; 2])],
 }
 
-/// The amplitude at a drive, and its derivatives with respect to the parameters.
-fn amplitude(growth: Growth, p: &[f64], drive: f64) -> Option<(f64, [f64; 3])> {
-    let [y, rise] = growth.on_curve(p[INTERCEPT] + p[SLOPE] * drive, p[BEND])?;
-    Some((y, [rise, drive * rise, -growth.of(y) * rise]))
+/// The amplitude at a level, and its derivatives with respect to the parameters.
+fn amplitude(growth: Growth, p: &[f64], level: &LevelRow) -> Option<(f64, [f64; 3])> {
+    let [y, rise] = growth.on_curve(level.amplitude([p[INTERCEPT], p[SLOPE]]), p[BEND])?;
+    Some((y, [level.by[0] * rise, level.by[1] * rise, -growth.of(y) * rise]))
 }
 
 impl LeastSquares for Problem<'_> {
@@ -83,9 +99,9 @@ impl LeastSquares for Problem<'_> {
 
     fn normal(&self, p: &[f64], out: &mut Normal) -> bool {
         out.clear();
-        for &[x, y, weight] in self.levels {
-            let Some((at, row)) = amplitude(self.growth, p, x) else { return false };
-            out.add_row(&row, y - at, weight);
+        for (level, [y, weight]) in self.levels {
+            let Some((at, row)) = amplitude(self.growth, p, level) else { return false };
+            out.add_row(&row, y - at, *weight);
         }
         out.rss.is_finite()
     }
@@ -112,16 +128,24 @@ impl CurvedFit {
         }
         let largest = |of: &[f64]| all().map(|i| of[i].abs()).fold(f64::MIN_POSITIVE, f64::max);
         let (widest, highest) = (largest(&sorted.drive), largest(motion));
-        let levels: Vec<[f64; 3]> =
-            all().map(|i| [sorted.drive[i] / widest, motion[i] / highest, sorted.weight(i)]).collect();
+        let scaled = |i: usize| {
+            let LevelRow { offset, by: [by_intercept, by_slope], .. } = sorted.rows[i];
+            let row = LevelRow {
+                offset: offset / highest,
+                by: [by_intercept, by_slope / widest],
+                by_log_q: 0.0,
+            };
+            (row, [motion[i] / highest, sorted.weight(i)])
+        };
+        let levels: Vec<_> = all().map(scaled).collect();
         let start = [intercept / highest, slope * widest / highest, 0.0];
         let p = minimise(&Problem { growth, levels: &levels }, &start, &[INTERCEPT, SLOPE, BEND])?;
         let unit = [highest, highest / widest, highest.powi(-growth.of_coefficient())];
         let at: Vec<f64> = p.parameters.iter().zip(unit).map(|(p, unit)| p * unit).collect();
         let mut near = LinearLevels { columns: Vec::new(), response: Vec::new(), amplitude: motion, moving };
-        for (x, y) in sorted.drive.iter().zip(motion) {
+        for (level, y) in sorted.rows.iter().zip(motion) {
             // Levels that stick are not part of the fit.
-            let (fitted, row) = amplitude(growth, &at, *x).unwrap_or_default();
+            let (fitted, row) = amplitude(growth, &at, level).unwrap_or_default();
             near.response.push(y - fitted + row.iter().zip(&at).map(|(r, p)| r * p).sum::<f64>());
             near.columns.push(row.to_vec());
         }

@@ -8,12 +8,17 @@ use super::line::{Line, split};
 use super::noise::{AveragedFit, LinearLevels};
 use super::plateau::{Corrected, OffsetKind, Plateau};
 use super::sorted::SortedLevels;
+use crate::inference::least_squares::linear;
 
 /// Analysis of the moving levels.
 pub(super) struct MovingBranch {
     pub(super) line: Line,
     /// Amplitude of the motion at each level, with the reading added by the detector subtracted.
     pub(super) motion: Vec<f64>,
+    /// The same as expected from `fit` without a bend.
+    pub(super) expected: Vec<f64>,
+    /// Change of intercept and slope per relative change of the Q that shapes the exact motion.
+    pub(super) by_log_q: [f64; 2],
     pub(super) plateau: Option<(Plateau, OffsetKind)>,
     /// Intercept and slope of the line with their covariance, or of curves in the limit of small amplitudes if the
     /// levels do not lie on a line.
@@ -31,12 +36,17 @@ pub(super) struct MovingBranch {
 impl MovingBranch {
     /// `None` if fewer than three levels move, or if the amplitude does not increase with the drive.
     pub(super) fn of(sorted: &SortedLevels, criteria: &Criteria) -> Option<Self> {
+        Self::through(split(sorted, &criteria.levels)?, sorted, criteria)
+    }
+
+    /// The branch through the moving levels of `line`.
+    pub(super) fn through(mut line: Line, sorted: &SortedLevels, criteria: &Criteria) -> Option<Self> {
         let c = &criteria.levels;
         let (x, weights) = (&sorted.drive, sorted.weights.as_deref());
         let weight: Vec<f64> = (0..x.len()).map(|i| sorted.weight(i)).collect();
-        let mut line = split(x, &sorted.amplitude, &weight, c)?;
         let moving = line.moving.clone();
-        let straight = |y: &[f64]| AveragedFit::of(&LinearLevels::straight(x, y, &moving), weights, c);
+        let straight =
+            |y: &[f64]| AveragedFit::of(&LinearLevels::of_line(&sorted.rows, y, &moving), weights, c);
         let mut fit = straight(&sorted.amplitude)?;
         let mut motion = sorted.amplitude.clone();
         let mut detector = Detector::default();
@@ -47,7 +57,7 @@ impl MovingBranch {
             |line: &Line| if errors_known { line.rss } else { dof * line.rss.max(f64::MIN_POSITIVE).ln() };
         let found = Plateau::of(x, &sorted.amplitude, &weight, &line, c);
         let corrected = found.and_then(|p| {
-            let through = |y: &[f64]| line.through(x, y, &weight);
+            let through = |y: &[f64]| line.through(sorted, y);
             p.subtracted_from(&sorted.amplitude, through, straight, minus_two_log).map(|c| (p, c))
         });
         // The values are averaged over both ways in which a detector may add its reading; the one drawn is one of them.
@@ -61,7 +71,7 @@ impl MovingBranch {
         let of_moving =
             |v: &[f64]| -> Vec<f64> { v.iter().zip(&moving).filter(|(_, m)| **m).map(|(v, _)| *v).collect() };
         let precision: Vec<f64> = fit.variance.iter().map(|v| 1.0 / v.max(f64::MIN_POSITIVE)).collect();
-        let bend = bend(&of_moving(x), &of_moving(&motion), &of_moving(&precision), c.bend_levels);
+        let bend = bend(sorted, &motion, &moving, &precision, c.bend_levels);
         let through =
             |growth| CurvedFit::through(growth, sorted, &motion, &moving, [line.intercept, line.slope], c);
         let [mut square, cube] = Growth::ALL.map(through);
@@ -91,7 +101,19 @@ impl MovingBranch {
         let total: f64 = of_moving(&weight).iter().sum();
         let [intercept, slope] = drawn;
         let threshold = (-intercept / slope).max(0.0);
-        let drawn = FittedLevels { slope, threshold, bend: bent, growth, detector };
-        Some(Self { line, motion, plateau, fit, rival, bend, residual_rms: (rss / total).sqrt(), drawn })
+        let drawn = FittedLevels { slope, threshold, exact_q: None, bend: bent, growth, detector };
+        let by_log_q = shift_by_log_q(sorted, &moving, &precision).unwrap_or_default();
+        let expected = sorted.rows.iter().map(|row| row.amplitude([fit.parameters[0], fit.parameters[1]]));
+        let expected = expected.collect();
+        let residual_rms = (rss / total).sqrt();
+        Some(Self { line, motion, expected, by_log_q, plateau, fit, rival, bend, residual_rms, drawn })
     }
+}
+
+/// Change of intercept and slope by which the moving levels make up for a relative change of Q.
+fn shift_by_log_q(sorted: &SortedLevels, moving: &[bool], weight: &[f64]) -> Option<[f64; 2]> {
+    let rows = sorted.rows.iter().zip(weight).zip(moving).filter(|(_, moves)| **moves);
+    let rows = rows.map(|((row, weight), _)| (row.by.to_vec(), -row.by_log_q, *weight));
+    let (shift, ..) = linear(rows, 2)?;
+    Some([shift[0], shift[1]])
 }

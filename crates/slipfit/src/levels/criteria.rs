@@ -37,9 +37,10 @@ criteria! {
         /// Number of standard errors above which the amplitude of the line is expected to be visible, and by which a
         /// level close to the threshold must exceed the noise.
         expected_errors: f64 = 4.0, source "one level in 1e4 by chance", moves "breakaway and its warning";
-        /// Maximum number of corrections of the levels for the deviation of the exact motion from the line.
-        exact_rounds: usize = 12, source "what is left falls to a third and less each time", moves "coverage at low Q";
-        /// Change of Q and friction, as a fraction of their standard errors, below which the corrections end.
+        /// Maximum number of rounds in which the levels are analysed with the exact motion to first order about its fit;
+        /// in the second half of them no level changes between stuck and moving.
+        exact_rounds: usize = 12, source "three are usual", moves "coverage at low Q and next to the threshold";
+        /// Change of intercept and slope, as a fraction of their standard errors, below which the rounds end.
         exact_settled: f64 = 0.02, source "small against the error that is reported", moves "coverage at low Q";
         /// Number of standard errors by which the expected amplitude of a level must exceed the noise for it to be
         /// included in the line, if other levels stick.

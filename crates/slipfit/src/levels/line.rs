@@ -1,7 +1,9 @@
 //! The straight line through the moving levels, and deviations from it.
 
 use super::answer::{Breakaway, LevelPoint};
+use super::branch::MovingBranch;
 use super::criteria::LevelCriteria;
+use super::sorted::SortedLevels;
 use crate::inference::evidence::f_tail;
 use crate::inference::least_squares::linear;
 use crate::numeric::order::ascending;
@@ -24,11 +26,11 @@ pub(super) struct Line {
 /// The levels are split by drive, unless that leaves clearly larger residuals than a split by amplitude: levels that
 /// were raised and lowered, or only raised while the mass stuck beyond the threshold. With bent levels a straight line
 /// would include stuck levels; these are split with a parabola if its residuals are far smaller.
-pub(super) fn split(x: &[f64], y: &[f64], weight: &[f64], c: &LevelCriteria) -> Option<Line> {
-    let n = x.len();
+pub(super) fn split(levels: &SortedLevels, c: &LevelCriteria) -> Option<Line> {
+    let n = levels.len();
     let by_rising_drive: Vec<usize> = (0..n).collect();
-    let by_drive = best_split(x, y, weight, &by_rising_drive, Order::Drive, STRAIGHT, c);
-    let by_amplitude = best_split(x, y, weight, &ascending(y), Order::Amplitude, STRAIGHT, c);
+    let by_drive = best_split(levels, &by_rising_drive, Order::Drive, STRAIGHT, c);
+    let by_amplitude = best_split(levels, &ascending(&levels.amplitude), Order::Amplitude, STRAIGHT, c);
     let line = match (by_drive, by_amplitude) {
         (Some(drive), Some(amplitude)) if amplitude.total < c.amplitude_split * drive.total => amplitude,
         (None, Some(amplitude)) => amplitude,
@@ -36,43 +38,35 @@ pub(super) fn split(x: &[f64], y: &[f64], weight: &[f64], c: &LevelCriteria) -> 
     };
     // In addition to the parameters of the curve and the mean of the stuck levels.
     let dof = n as f64 - PARABOLA as f64 - 1.0;
-    let curve = best_split(x, y, weight, &by_rising_drive, Order::Drive, PARABOLA, c).filter(|curve| {
+    let curve = best_split(levels, &by_rising_drive, Order::Drive, PARABOLA, c).filter(|curve| {
         let f = (line.total - curve.total) / (curve.total / dof).max(f64::MIN_POSITIVE);
         dof > 0.0 && f_tail(f, 1.0, dof) < c.not_straight
     });
     let (columns, found) = curve.map_or((STRAIGHT, line), |curve| (PARABOLA, curve));
-    Some(without_uncertain(x, y, weight, found, columns, c))
+    Some(without_uncertain(levels, found, columns, c))
 }
 
 /// The line without its lowest levels that may stick or move: those whose amplitude, as predicted by all higher levels,
 /// does not exceed the noise. A stuck level included in the line hides a bend. Their own readings are not used, so that
 /// no level is excluded because of its noise. Nothing is excluded if no level sticks.
-fn without_uncertain(
-    x: &[f64],
-    y: &[f64],
-    weight: &[f64],
-    mut line: Line,
-    columns: usize,
-    c: &LevelCriteria,
-) -> Line {
+fn without_uncertain(levels: &SortedLevels, mut line: Line, columns: usize, c: &LevelCriteria) -> Line {
     if line.moving.iter().all(|moves| *moves) {
         return line;
     }
-    let widest = x.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
-    let row = |x: f64| row_of(x / widest);
+    let row = scaled_rows(levels);
     while line.moving_levels() > columns + 2 {
         let Some(lowest) = line.moving.iter().position(|moves| *moves) else { break };
         let mut moving = line.moving.clone();
         moving[lowest] = false;
-        let rows = (0..x.len()).filter(|&i| moving[i]);
-        let rows = rows.map(|i| (row(x[i])[..columns].to_vec(), y[i], weight[i]));
+        let rows = (0..levels.len()).filter(|&i| moving[i]);
+        let rows = rows.map(|i| (row(i)[..columns].to_vec(), levels.response(i), levels.weight(i)));
         let Some((found, _, rss)) = linear(rows, columns) else { break };
-        let expected: f64 = row(x[lowest]).iter().zip(&found).map(|(r, c)| r * c).sum();
+        let expected = levels.rows[lowest].offset + product(&row(lowest), &found);
         let dof = (line.moving_levels() - 1 - columns) as f64;
-        if expected > c.least_motion * (rss / dof / weight[lowest]).sqrt() {
+        if expected > c.least_motion * (rss / dof / levels.weight(lowest)).sqrt() {
             break;
         }
-        match Line::of(moving, x, y, weight, line.total - line.rss) {
+        match Line::of(moving, levels, &levels.amplitude, line.total - line.rss) {
             Some(shorter) => line = Line { sticks: line.sticks, ..shorter },
             None => break,
         }
@@ -80,9 +74,18 @@ fn without_uncertain(
     line
 }
 
-/// Columns of a line and of a parabola for a drive relative to the highest.
-fn row_of(x: f64) -> [f64; 3] {
-    [1.0, x, x * x]
+/// Columns of a line and of a parabola for each level, with the drive relative to the highest.
+fn scaled_rows(levels: &SortedLevels) -> impl Fn(usize) -> [f64; 3] + '_ {
+    let widest = levels.widest();
+    move |i| {
+        let [by_intercept, by_slope] = levels.rows[i].by;
+        [by_intercept, by_slope / widest, (levels.drive[i] / widest).powi(2)]
+    }
+}
+
+/// The columns that `found` has coefficients for, times these.
+fn product(row: &[f64], found: &[f64]) -> f64 {
+    row.iter().zip(found).map(|(r, c)| r * c).sum()
 }
 
 /// Number of columns of the moving branch.
@@ -106,17 +109,16 @@ enum Order {
 /// that sticks although the line predicts motion must read far less than the line: in the order of the drive where the
 /// line exceeds the noise, in the order of the amplitude at or above the lowest drive of a moving level.
 fn best_split(
-    x: &[f64],
-    y: &[f64],
-    weight: &[f64],
+    levels: &SortedLevels,
     order: &[usize],
     by: Order,
     columns: usize,
     c: &LevelCriteria,
 ) -> Option<Line> {
     let n = order.len();
-    let widest = x.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
-    let row = |x: f64| row_of(x / widest);
+    let (x, y, widest) = (&levels.drive, &levels.amplitude, levels.widest());
+    let weight = |i: usize| levels.weight(i);
+    let row = scaled_rows(levels);
     let least = if columns == STRAIGHT { 3 } else { c.bend_levels };
     let mut best: Option<Line> = None;
     for first in 0..=n.checked_sub(least)? {
@@ -127,9 +129,9 @@ fn best_split(
         {
             continue;
         }
-        let rows = moving.iter().map(|&i| (row(x[i])[..columns].to_vec(), y[i], weight[i]));
+        let rows = moving.iter().map(|&i| (row(i)[..columns].to_vec(), levels.response(i), weight(i)));
         let Some((found, _, rss)) = linear(rows, columns) else { continue };
-        let expected = |x: f64| row(x).iter().zip(&found).map(|(r, c)| r * c).sum::<f64>();
+        let expected = |i: usize| levels.rows[i].offset + product(&row(i), &found);
         let lowest = moving.iter().map(|&i| x[i]).fold(f64::INFINITY, f64::min);
         let highest = moving.iter().map(|&i| x[i]).fold(0.0, f64::max);
         let slope = |x: f64| found[1] + 2.0 * found.get(2).unwrap_or(&0.0) * x / widest;
@@ -137,13 +139,16 @@ fn best_split(
             continue;
         }
         // A level that sticks where the mass should move must read far less than a moving one.
-        let reads_as_moving = |i: usize| y[i] > c.stuck_of_expected * expected(x[i]);
+        let reads_as_moving = |i: usize| y[i] > c.stuck_of_expected * expected(i);
         let contradicts = match by {
             Order::Drive => {
                 let dof = (moving.len() as f64 - columns as f64).max(1.0);
                 let stands_out =
-                    |i: usize| expected(x[i]) > c.expected_errors * (rss / dof / weight[i]).sqrt();
-                let below = |last: usize| expected(c.stuck_reach * x[last]) > 0.0;
+                    |i: usize| expected(i) > c.expected_errors * (rss / dof / weight(i)).sqrt();
+                let below = |last: usize| {
+                    let x = c.stuck_reach * x[last] / widest;
+                    product(&[1.0, x, x * x], &found) > 0.0
+                };
                 stuck.last().is_some_and(|&last| below(last))
                     || stuck.iter().any(|&i| stands_out(i) && reads_as_moving(i))
             }
@@ -156,16 +161,16 @@ fn best_split(
             continue;
         }
         // Stuck levels have their own mean, the noise floor of an amplitude.
-        let total_weight: f64 = stuck.iter().map(|&i| weight[i]).sum();
+        let total_weight: f64 = stuck.iter().map(|&i| weight(i)).sum();
         let floor =
-            stuck.iter().map(|&i| weight[i] * y[i]).sum::<f64>() / total_weight.max(f64::MIN_POSITIVE);
-        let off: f64 = stuck.iter().map(|&i| weight[i] * (y[i] - floor).powi(2)).sum();
+            stuck.iter().map(|&i| weight(i) * y[i]).sum::<f64>() / total_weight.max(f64::MIN_POSITIVE);
+        let off: f64 = stuck.iter().map(|&i| weight(i) * (y[i] - floor).powi(2)).sum();
         let total = rss + off;
         // An additional stuck level has no cost of its own, so it must reduce the residuals.
         if best.as_ref().is_none_or(|b| total < b.total * (1.0 - 1.0 / n as f64)) {
             let mut moves = vec![false; n];
             moving.iter().for_each(|&i| moves[i] = true);
-            best = Line::of(moves, x, y, weight, off).map(|line| Line { total, ..line });
+            best = Line::of(moves, levels, y, off).map(|line| Line { total, ..line });
         }
     }
     best
@@ -177,8 +182,9 @@ impl Line {
     }
 
     /// The straight line through the moving levels; `off`: sum of squares of the others.
-    fn of(moving: Vec<bool>, x: &[f64], y: &[f64], weight: &[f64], off: f64) -> Option<Self> {
-        let rows = (0..x.len()).filter(|&i| moving[i]).map(|i| (vec![1.0, x[i]], y[i], weight[i]));
+    fn of(moving: Vec<bool>, levels: &SortedLevels, y: &[f64], off: f64) -> Option<Self> {
+        let row = |i: usize| (levels.rows[i].by.to_vec(), y[i] - levels.rows[i].offset, levels.weight(i));
+        let rows = (0..levels.len()).filter(|&i| moving[i]).map(row);
         let (c, _, rss) = linear(rows, STRAIGHT)?;
         let (intercept, slope) = (c[0], c[1]);
         let sticks = moving.iter().map(|moves| !moves).collect();
@@ -186,8 +192,8 @@ impl Line {
     }
 
     /// The line through the same moving levels with other amplitudes.
-    pub(super) fn through(&self, x: &[f64], y: &[f64], weight: &[f64]) -> Option<Self> {
-        let line = Self::of(self.moving.clone(), x, y, weight, self.total - self.rss)?;
+    pub(super) fn through(&self, levels: &SortedLevels, y: &[f64]) -> Option<Self> {
+        let line = Self::of(self.moving.clone(), levels, y, self.total - self.rss)?;
         Some(Self { sticks: self.sticks.clone(), ..line })
     }
 }
@@ -209,26 +215,25 @@ pub(super) fn undecided(
         .collect()
 }
 
-/// Breakaway according to the branches; `amplitudes`: of the motion, with the reading added by the detector subtracted.
+/// Breakaway according to the branches.
 pub(super) fn breakaway(
     points: &[LevelPoint],
-    amplitudes: &[f64],
+    branch: &MovingBranch,
     undecided: &[bool],
-    [intercept, slope]: [f64; 2],
     c: &LevelCriteria,
 ) -> Option<Breakaway> {
-    let threshold = -intercept / slope;
-    // Above the threshold, and far from the value predicted by the line.
-    let against_the_line = |(p, amplitude): &(&LevelPoint, &f64)| {
-        let expected = slope * (p.drive - threshold);
-        **amplitude < c.stuck_of_expected * expected && expected > c.expected_errors * p.std_error
+    let threshold = -branch.fit.parameters[0] / branch.fit.parameters[1];
+    // Above the threshold, and far from the expected value.
+    let against_the_line = |i: &usize| {
+        let (p, expected) = (&points[*i], branch.expected[*i]);
+        let reads_less = branch.motion[*i] < c.stuck_of_expected * expected;
+        p.drive > threshold && reads_less && expected > c.expected_errors * p.std_error
     };
-    let all = || points.iter().zip(amplitudes);
+    let all = || 0..points.len();
     let first_moving = all()
-        .zip(undecided)
-        .find(|(each, undecided)| each.0.moving && !**undecided && !against_the_line(each))
-        .map(|((p, _), _)| p.drive);
-    let stuck_above_threshold = all().filter(against_the_line).map(|(p, _)| p.drive).next_back();
+        .find(|i| points[*i].moving && !undecided[*i] && !against_the_line(i))
+        .map(|i| points[i].drive);
+    let stuck_above_threshold = all().filter(against_the_line).map(|i| points[i].drive).next_back();
     let ratio = |stuck_at: f64| stuck_at / (FRAC_PI_4 * threshold);
     Some(Breakaway {
         stuck_below: points.iter().filter(|p| !p.moving).map(|p| p.drive).next_back(),

@@ -51,12 +51,6 @@ impl Levels {
         }
     }
 
-    /// The same levels with these values subtracted from the amplitudes.
-    pub(super) fn subtracting(&self, by: &[f64]) -> Self {
-        let amplitude = self.amplitude.iter().zip(by).map(|(a, b)| a - b).collect();
-        Self { amplitude, ..self.clone() }
-    }
-
     /// Drive levels, in the order of measurement.
     pub fn drive(&self) -> &[f64] {
         &self.drive

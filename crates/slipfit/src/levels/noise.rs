@@ -1,6 +1,7 @@
 //! Fit of the moving levels with noise that may grow with the amplitude.
 
 use super::criteria::LevelCriteria;
+use super::sorted::LevelRow;
 use crate::inference::evidence::chi_square_tail;
 use crate::inference::least_squares::linear;
 use crate::inference::model_average::ModelWeights;
@@ -17,10 +18,11 @@ pub(super) struct LinearLevels<'a> {
 }
 
 impl<'a> LinearLevels<'a> {
-    /// A straight line: intercept and slope.
-    pub(super) fn straight(drive: &[f64], amplitude: &'a [f64], moving: &'a [bool]) -> Self {
-        let columns = drive.iter().map(|x| vec![1.0, *x]).collect();
-        Self { columns, response: amplitude.to_vec(), amplitude, moving }
+    /// Intercept and slope of the line.
+    pub(super) fn of_line(rows: &[LevelRow], amplitude: &'a [f64], moving: &'a [bool]) -> Self {
+        let columns = rows.iter().map(|row| row.by.to_vec()).collect();
+        let response = amplitude.iter().zip(rows).map(|(y, row)| y - row.offset).collect();
+        Self { columns, response, amplitude, moving }
     }
 
     fn parameters(&self) -> usize {

@@ -3,6 +3,7 @@
 use super::bend::{CurvedFit, LineFunction};
 use super::branch::MovingBranch;
 use super::criteria::Criteria;
+use super::exact_motion::LEAST_Q;
 use super::noise::AveragedFit;
 use super::{Levels, Options};
 use crate::Quantity;
@@ -48,6 +49,8 @@ pub(super) struct LineQuantities {
     pub(super) lost_amplitude: Quantity,
     /// Correlation of slope and threshold.
     pub(super) correlation: f64,
+    /// Relative change of slope and threshold per relative change of the Q that shapes the exact motion.
+    by_log_q: [f64; 2],
     /// p value of no sliding friction; one-sided.
     pub(super) p_value: f64,
     /// The same for a line that is above zero at zero drive.
@@ -117,6 +120,8 @@ impl LineQuantities {
             q.interval_95 = [-1.0, 1.0].map(|s| q.value + s * Z_95 * factor * q.std_error);
             q
         };
+        let relative = |shift: f64, value: f64| if shift == 0.0 { 0.0 } else { shift / value };
+        let [lost_by_q, slope_by_q] = [0, 1].map(|k| relative(branch.by_log_q[k], parameters[k]));
         let of_slope = wide(Quantity::normal(slope, slope_std, ratio_unit(levels.unit(), drive_unit)));
         Self {
             slope: counted(of_slope, &curves(slope, [0.0, 1.0]), &|[_, b]| (b, [0.0, 1.0])),
@@ -131,6 +136,7 @@ impl LineQuantities {
                 &|[a, _]| (-a, [-1.0, 0.0]),
             ),
             correlation,
+            by_log_q: [slope_by_q, lost_by_q - slope_by_q],
             p_value,
             p_above_zero,
         }
@@ -145,41 +151,53 @@ pub(super) struct Calibrated {
     pub(super) loss_correlation: f64,
 }
 
-/// Quality factor of critical damping.
-const LEAST_Q: f64 = 0.5;
-
 impl LineQuantities {
     /// `Q = slope/gain`, `x_F = (pi/4) gain threshold`; with a given Q, `x_F = (pi/4) slope threshold/Q`. `None` if the
     /// gain is not known, or gives a Q that no oscillator has.
+    ///
+    /// A relative error of Q or of the gain changes them directly, and by the shape of the exact motion.
     pub(super) fn calibrated(&self, levels: &Levels, options: &Options) -> Option<Calibrated> {
+        let [slope_by_q, threshold_by_q] = self.by_log_q;
         if let Some([q, q_std]) = options.q_factor {
             let relative = q_std / q;
+            let common = [relative, relative * (1.0 - slope_by_q - threshold_by_q)];
             let x_f = self.lost_amplitude.scaled(FRAC_PI_4 / q, levels.unit());
-            let loss_correlation = loss_correlation(relative, 0.0, &x_f, 0.0);
+            let loss_correlation = loss_correlation(common, 0.0, &x_f, 0.0);
             let q = Quantity::normal(q, q_std, "");
-            return Some(Calibrated { q, x_f: x_f.widened(relative), loss_correlation });
+            return Some(Calibrated { q, x_f: x_f.widened(common[1].abs()), loss_correlation });
         }
         let of_units = || Some([DisplacementUnit::gain(levels.drive_unit(), levels.unit())?, 0.0]);
         let [gain, gain_std] = options.drive_gain.or_else(of_units)?;
-        let relative = gain_std / gain;
+        let common = [1.0 + slope_by_q, 1.0 - threshold_by_q].map(|by| by * gain_std / gain);
         let x_f = self.threshold.scaled(FRAC_PI_4 * gain, levels.unit());
         let of_slope = self.slope.std_error / self.slope.value;
-        let loss_correlation = loss_correlation(relative, of_slope, &x_f, self.correlation);
-        let q = self.slope.scaled(1.0 / gain, "").widened(relative);
+        let loss_correlation = loss_correlation(common, of_slope, &x_f, self.correlation);
+        let q = self.slope.scaled(1.0 / gain, "").widened(common[0].abs());
         // Below this Q there is no resonance: the gain is not that of a drive at the base.
         if q.value < LEAST_Q && q.value > 0.0 {
             return None;
         }
-        Some(Calibrated { q, x_f: x_f.widened(relative), loss_correlation })
+        Some(Calibrated { q, x_f: x_f.widened(common[1].abs()), loss_correlation })
+    }
+
+    /// Slope and threshold with the error of a given Q or gain, by which it shapes the exact motion.
+    pub(super) fn with_error_of_q(self, options: &Options) -> Self {
+        let relative = options.q_factor.or(options.drive_gain).map_or(0.0, |[value, error]| error / value);
+        let [slope_by_q, threshold_by_q] = self.by_log_q.map(|by| (by * relative).abs());
+        Self {
+            slope: self.slope.widened(slope_by_q),
+            threshold: self.threshold.widened(threshold_by_q),
+            ..self
+        }
     }
 }
 
-/// Correlation of decay rate and friction: both contain the relative error `common` of the scale; the decay rate
+/// Correlation of decay rate and friction: both contain a relative error of the scale, `common`; the decay rate
 /// decreases with increasing slope, whose relative error is `of_slope`.
-fn loss_correlation(common: f64, of_slope: f64, x_f: &Quantity, correlation: f64) -> f64 {
-    let of_scale = common * x_f.value;
-    let covariance = common * of_scale - correlation * of_slope * x_f.std_error;
-    let errors = common.hypot(of_slope) * of_scale.hypot(x_f.std_error);
+fn loss_correlation(common: [f64; 2], of_slope: f64, x_f: &Quantity, correlation: f64) -> f64 {
+    let of_scale = common[1] * x_f.value;
+    let covariance = common[0] * of_scale - correlation * of_slope * x_f.std_error;
+    let errors = common[0].hypot(of_slope) * of_scale.hypot(x_f.std_error);
     if errors > 0.0 { (covariance / errors).clamp(-1.0, 1.0) } else { 0.0 }
 }
 
