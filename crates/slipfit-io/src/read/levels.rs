@@ -155,17 +155,16 @@ impl Chooser<'_> {
         let without: Vec<usize> = beside.iter().copied().chain([drive]).collect();
         let modulus = of(self, Role::Amplitude, &without);
         let parts = parts.filter(|_| !beside.contains(&drive));
-        let ((amplitude, why_amplitude), imaginary) =
-            if let Some(index) = amplitude {
-                ((index, "asked for"), None)
-            } else if let Some([real, imaginary]) = parts.filter(|_| asks_for_parts || modulus.is_none()) {
-                (real, Some(imaginary))
-            } else if let Some(index) = modulus.or_else(|| of(self, Role::Amplitude, &[drive])) {
-                ((index, "named like an amplitude"), None)
-            } else {
-                let next = of(self, Role::Unknown, &[drive]);
-                ((next.ok_or_else(|| missing(self.head))?, "the next column"), None)
-            };
+        let ((amplitude, why_amplitude), imaginary) = if let Some(index) = amplitude {
+            ((index, "asked for"), None)
+        } else if let Some([real, imaginary]) = parts.filter(|_| asks_for_parts || modulus.is_none()) {
+            (real, Some(imaginary))
+        } else if let Some(index) = modulus.or_else(|| of(self, Role::Amplitude, &[drive])) {
+            ((index, "named like an amplitude"), None)
+        } else {
+            let next = of(self, Role::Unknown, &[drive]);
+            ((next.ok_or_else(|| missing(self.head))?, "the next column"), None)
+        };
         let std_error = match self.asked("std_error", &options.std_error)? {
             Some(index) => Some((index, "asked for")),
             None => of(self, Role::StdError, &[drive, amplitude])

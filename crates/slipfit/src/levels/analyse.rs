@@ -77,6 +77,13 @@ pub fn analyse_with(levels: &Levels, options: &Options, criteria: &Criteria) -> 
         Some(q) => with_exact_motion(branch, &sorted, q, criteria),
         None => branch,
     };
+    let is_bent = branch.bend.0 < criteria.levels.not_straight;
+    let slope_error = branch.fit.covariance[(1, 1)].sqrt();
+    if is_bent && branch.fit.parameters[1] < criteria.levels.least_slope * slope_error {
+        return Err(Error::NoFit {
+            reason: "the amplitudes bend so strongly that their slope at small amplitudes is not determined",
+        });
+    }
     let found = LineQuantities::of(&branch, levels, criteria);
     let calibrated = found.calibrated(levels, options);
     let found = found.with_error_of_q(options);

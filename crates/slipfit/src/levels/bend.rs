@@ -130,11 +130,8 @@ impl CurvedFit {
         let (widest, highest) = (largest(&sorted.drive), largest(motion));
         let scaled = |i: usize| {
             let LevelRow { offset, by: [by_intercept, by_slope], .. } = sorted.rows[i];
-            let row = LevelRow {
-                offset: offset / highest,
-                by: [by_intercept, by_slope / widest],
-                by_log_q: 0.0,
-            };
+            let row =
+                LevelRow { offset: offset / highest, by: [by_intercept, by_slope / widest], by_log_q: 0.0 };
             (row, [motion[i] / highest, sorted.weight(i)])
         };
         let levels: Vec<_> = all().map(scaled).collect();

@@ -43,7 +43,7 @@ criteria! {
         /// Change of intercept and slope, as a fraction of their standard errors, below which the rounds end.
         exact_settled: f64 = 0.02, source "small against the error that is reported", moves "coverage at low Q";
         /// Number of standard errors by which the expected amplitude of a level must exceed the noise for it to be
-        /// included in the line, if other levels stick.
+        /// included in the line, if other levels stick, and by which a level that moves below a stuck one must exceed it.
         least_motion: f64 = 3.0, source "one stuck level in 100 reads as much", moves "threshold and slope of bent levels";
         /// Prior odds of noise with a part proportional to the amplitude, for levels without given errors.
         proportional_odds: f64 = 0.2, source "chosen by simulation: few levels keep their threshold",
@@ -92,6 +92,9 @@ criteria! {
         /// Prior odds that bent levels lie on a curve of third power, against one of second power.
         cube_odds: f64 = 0.6, source "chosen by simulation, drag of 50 % and compression of 3 %",
             moves "slope and threshold of bent levels";
+        /// Number of standard errors by which the slope of bent levels at small amplitudes must exceed zero; otherwise
+        /// the levels are refused.
+        least_slope: f64 = 1.0, source "a slope with its size as error is unknown", moves "refusals";
         /// p value of a straight line below which slope and threshold are those of the curve in the limit of small
         /// amplitudes, with a warning.
         not_straight: f64 = 0.001, source "one record in a thousand on a line", moves "warnings";

@@ -45,11 +45,7 @@ impl QualityFactor {
         let row = exact_row(line, self.at(line[1]), drive)?;
         let Self::OfSlope(_) = self else { return Some(row) };
         let by_slope = row.by_log_q / line[1];
-        Some(LevelRow {
-            offset: row.offset - row.by_log_q,
-            by: [row.by[0], row.by[1] + by_slope],
-            ..row
-        })
+        Some(LevelRow { offset: row.offset - row.by_log_q, by: [row.by[0], row.by[1] + by_slope], ..row })
     }
 
     fn rows(self, line: [f64; 2], drive: &[f64]) -> Option<Vec<LevelRow>> {
@@ -157,9 +153,8 @@ fn exact_branch(
         };
         let found = [branch.fit.parameters[0], branch.fit.parameters[1]];
         let same = last.as_ref().is_some_and(|last| last.line.moving == branch.line.moving);
-        let settled = (0..2).all(|k| {
-            (found[k] - line[k]).abs() <= c.exact_settled * branch.fit.covariance[(k, k)].sqrt()
-        });
+        let settled = (0..2)
+            .all(|k| (found[k] - line[k]).abs() <= c.exact_settled * branch.fit.covariance[(k, k)].sqrt());
         line = if same { found } else { fitted(&branch, sorted, q, found)? };
         last = Some(branch);
         if same && settled {

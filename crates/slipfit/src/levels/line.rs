@@ -138,13 +138,13 @@ fn best_split(
         if !(slope(lowest) > 0.0 && slope(highest) > 0.0) {
             continue;
         }
+        let dof = (moving.len() as f64 - columns as f64).max(1.0);
+        let noise = |i: usize| (rss / dof / weight(i)).sqrt();
         // A level that sticks where the mass should move must read far less than a moving one.
         let reads_as_moving = |i: usize| y[i] > c.stuck_of_expected * expected(i);
         let contradicts = match by {
             Order::Drive => {
-                let dof = (moving.len() as f64 - columns as f64).max(1.0);
-                let stands_out =
-                    |i: usize| expected(i) > c.expected_errors * (rss / dof / weight(i)).sqrt();
+                let stands_out = |i: usize| expected(i) > c.expected_errors * noise(i);
                 let below = |last: usize| {
                     let x = c.stuck_reach * x[last] / widest;
                     product(&[1.0, x, x * x], &found) > 0.0
@@ -153,8 +153,12 @@ fn best_split(
                     || stuck.iter().any(|&i| stands_out(i) && reads_as_moving(i))
             }
             Order::Amplitude => {
-                let beside = stuck.iter().filter(|&&i| lowest < x[i] || same_level(x[i], lowest, c));
-                beside.into_iter().any(|&i| reads_as_moving(i))
+                let beside = || stuck.iter().filter(|&&i| lowest < x[i] || same_level(x[i], lowest, c));
+                // Noise alone orders stuck levels as well.
+                let highest_stuck = beside().map(|&i| x[i]).fold(0.0, f64::max);
+                let in_noise = |i: usize| y[i] <= c.least_motion * noise(i);
+                beside().any(|&i| reads_as_moving(i))
+                    || moving.iter().any(|&i| x[i] < highest_stuck && in_noise(i))
             }
         };
         if contradicts {
@@ -230,9 +234,8 @@ pub(super) fn breakaway(
         p.drive > threshold && reads_less && expected > c.expected_errors * p.std_error
     };
     let all = || 0..points.len();
-    let first_moving = all()
-        .find(|i| points[*i].moving && !undecided[*i] && !against_the_line(i))
-        .map(|i| points[i].drive);
+    let first_moving =
+        all().find(|i| points[*i].moving && !undecided[*i] && !against_the_line(i)).map(|i| points[i].drive);
     let stuck_above_threshold = all().filter(against_the_line).map(|i| points[i].drive).next_back();
     let ratio = |stuck_at: f64| stuck_at / (FRAC_PI_4 * threshold);
     Some(Breakaway {
