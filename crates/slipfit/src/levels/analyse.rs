@@ -42,7 +42,7 @@ use std::f64::consts::TAU;
 ///
 /// # Errors
 /// [`Error::Parameter`] for an option out of range; [`Error::NoFit`] if fewer than three levels move, if the line does
-/// not rise, or if the numbers span too wide a range for a line.
+/// not rise, if its slope is not determined, or if the numbers span too wide a range for a line.
 ///
 /// ```
 /// use slipfit::Parameter;
@@ -77,14 +77,12 @@ pub fn analyse_with(levels: &Levels, options: &Options, criteria: &Criteria) -> 
         Some(q) => with_exact_motion(branch, &sorted, q, criteria),
         None => branch,
     };
-    let is_bent = branch.bend.0 < criteria.levels.not_straight;
-    let slope_error = branch.fit.covariance[(1, 1)].sqrt();
-    if is_bent && branch.fit.parameters[1] < criteria.levels.least_slope * slope_error {
+    let found = LineQuantities::of(&branch, levels, criteria);
+    if found.slope.value < criteria.levels.least_slope * found.slope.std_error {
         return Err(Error::NoFit {
-            reason: "the amplitudes bend so strongly that their slope at small amplitudes is not determined",
+            reason: "the amplitudes bend so strongly, or are so few, that their slope over the drive is not determined",
         });
     }
-    let found = LineQuantities::of(&branch, levels, criteria);
     let calibrated = found.calibrated(levels, options);
     let found = found.with_error_of_q(options);
     let points = points(&sorted, &branch);
@@ -544,6 +542,47 @@ mod tests {
         let a = levels("nm", "mm", 50.0);
         assert!(a.parameter(Parameter::QFactor).is_none());
         assert!(a.warnings.iter().any(|w| w.code() == "drive_uncalibrated"));
+    }
+
+    #[test]
+    fn a_q_without_a_resonance_is_refused() {
+        let levels = exact(100.0, 0.4, &[0.6, 0.7, 0.8, 0.9], 0.0);
+        for q in [0.1, 0.5] {
+            let options = Options { q_factor: Some([q, 0.0]), ..Options::default() };
+            let refused = analyse(&levels, &options);
+            assert!(matches!(refused, Err(Error::Parameter { name: "q_factor", .. })), "{q}: {refused:?}");
+        }
+    }
+
+    /// Amplitudes that determine no slope at small amplitudes; formerly it was reported as 0 ± 3e8 and as 2e13 ± 3e19.
+    #[test]
+    fn a_slope_is_determined_or_refused() {
+        let shapes: [fn(f64) -> f64; 4] = [
+            |d| (d - 0.2).max(0.0).sqrt(),
+            |d| (d - 0.2).max(0.0).cbrt(),
+            |d| (3.0 * d).tanh(),
+            |d| (1.0 + 100.0 * d).ln(),
+        ];
+        let mut refused = 0;
+        for shape in shapes {
+            for count in [6, 8, 12, 20] {
+                for (noise, seed) in [(1e-4, 1), (1e-2, 2), (1e-4, 3), (1e-2, 4)] {
+                    let drive: Vec<f64> = (1..=count).map(|i| f64::from(i) / f64::from(count)).collect();
+                    let read = |(i, d): (usize, &f64)| (shape(*d) + noise * jitter(i, seed)).abs();
+                    let amplitude = drive.iter().enumerate().map(read).collect();
+                    let levels = Levels::builder(drive, amplitude).build().unwrap();
+                    match analyse(&levels, &Options::default()) {
+                        Ok(answer) => {
+                            let slope = answer.parameter(Parameter::Slope).unwrap();
+                            assert!(slope.std_error < 10.0 * slope.value, "{count} {noise}: {slope:?}");
+                        }
+                        Err(Error::NoFit { .. }) => refused += 1,
+                        Err(other) => panic!("{other}"),
+                    }
+                }
+            }
+        }
+        assert!((1..=32).contains(&refused), "{refused} of 64");
     }
 
     #[test]

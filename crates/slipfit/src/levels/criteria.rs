@@ -92,9 +92,8 @@ criteria! {
         /// Prior odds that bent levels lie on a curve of third power, against one of second power.
         cube_odds: f64 = 0.6, source "chosen by simulation, drag of 50 % and compression of 3 %",
             moves "slope and threshold of bent levels";
-        /// Number of standard errors by which the slope of bent levels at small amplitudes must exceed zero; otherwise
-        /// the levels are refused.
-        least_slope: f64 = 1.0, source "a slope with its size as error is unknown", moves "refusals";
+        /// Number of standard errors by which the slope must exceed zero; otherwise the levels are refused.
+        least_slope: f64 = 0.1, source "an error of ten times the slope is no answer", moves "refusals";
         /// p value of a straight line below which slope and threshold are those of the curve in the limit of small
         /// amplitudes, with a warning.
         not_straight: f64 = 0.001, source "one record in a thousand on a line", moves "warnings";

@@ -271,6 +271,18 @@ mod tests {
         }
     }
 
+    /// One of six levels moves; formerly 14 of these records stuck above levels at which they moved.
+    #[test]
+    fn noise_about_one_moving_level_is_no_hysteresis() {
+        let levels = levels(100.0, 0.85, 6, 0.01);
+        let claims = |seed: &u64| {
+            let Ok(answer) = analyse(&levels(*seed), &Options::default()) else { return false };
+            answer.warnings.iter().any(|w| w.code() == "hysteresis")
+        };
+        let claimed: Vec<u64> = (0..240).filter(claims).collect();
+        assert!(claimed.is_empty(), "{claimed:?}");
+    }
+
     /// The intervals of exact levels cover Q and friction at every Q, and no bend is found.
     #[test]
     fn exact_levels_hold_the_truth_at_every_q() {
