@@ -373,6 +373,26 @@ fn levels_of_two_parts_are_their_modulus() {
 }
 
 #[test]
+fn an_amplitude_is_not_read_from_the_column_of_the_drive() {
+    let read = |text: &str, drive: Option<&str>| {
+        let options = ReadOptions {
+            amplitude: Some("1".to_owned()),
+            drive: drive.map(str::to_owned),
+            ..ReadOptions::default()
+        };
+        read_levels_from(text.as_bytes(), "l.csv", &options)
+    };
+    let nameless = "5,1\n10,2\n15,3\n";
+    let other = read(nameless, None).unwrap();
+    close(other.levels.drive(), &[1.0, 2.0, 3.0]);
+    close(other.levels.amplitude(), &[5.0, 10.0, 15.0]);
+    for (text, drive) in [(nameless, Some("1")), ("drive (V),R (V)\n1,5\n2,10\n3,15\n", None)] {
+        let refused = read(text, drive).unwrap_err();
+        assert!(refused.to_string().contains("the same column as the drive"), "{refused}");
+    }
+}
+
+#[test]
 fn drive_levels_come_one_a_row_or_one_a_curve() {
     let plain = levels("drive amplitude (nm),amplitude (nm),phase (deg)\n0.1,0,0\n0.2,3,-90\n0.3,8,-90\n");
     assert_eq!(plain.levels.drive(), [0.1, 0.2, 0.3]);

@@ -129,6 +129,10 @@ fn best_split(
         {
             continue;
         }
+        // A level that no line near the fit moves does not determine it.
+        if moving.iter().filter(|&&i| levels.rows[i].by != [0.0; 2]).count() < least {
+            continue;
+        }
         let rows = moving.iter().map(|&i| (row(i)[..columns].to_vec(), levels.response(i), weight(i)));
         let Some((found, _, rss)) = linear(rows, columns) else { continue };
         let expected = |i: usize| levels.rows[i].offset + product(&row(i), &found);
