@@ -39,7 +39,7 @@ criteria! {
         expected_errors: f64 = 4.0, source "one level in 1e4 by chance", moves "breakaway and its warning";
         /// Maximum number of rounds in which the levels are analysed with the exact motion to first order about its fit;
         /// in the second half of them no level changes between stuck and moving.
-        exact_rounds: usize = 12, source "three are usual", moves "coverage at low Q and next to the threshold";
+        exact_rounds: usize = 12, source "more than Newton steps need", moves "coverage at low Q and next to the threshold";
         /// Change of intercept and slope, as a fraction of their standard errors, below which the rounds end.
         exact_settled: f64 = 0.02, source "small against the error that is reported", moves "coverage at low Q";
         /// Number of standard errors by which the expected amplitude of a level must exceed the noise for it to be

@@ -30,7 +30,7 @@ pub struct Options {
     /// Response units per drive unit, which converts drive levels into `x_0`, with its standard error; not needed if
     /// both are lengths or both are angles.
     pub drive_gain: Option<[f64; 2]>,
-    /// Quality factor of the viscous part if known, with its standard error; it replaces `drive_gain`.
+    /// Quality factor of the viscous part if known, above 0.5, with its standard error; it replaces `drive_gain`.
     pub q_factor: Option<[f64; 2]>,
     /// Mechanical constant that converts displacements into forces.
     pub calibration: Option<Calibration>,
