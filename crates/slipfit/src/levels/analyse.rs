@@ -86,7 +86,7 @@ pub fn analyse_with(levels: &Levels, options: &Options, criteria: &Criteria) -> 
     let calibrated = found.calibrated(levels, options);
     let found = found.with_error_of_q(options);
     let points = points(&sorted, &branch);
-    let undecided = undecided(&points, &branch.motion, &branch.line, &criteria.levels);
+    let undecided = undecided(&points, &branch, &criteria.levels);
     let breakaway = breakaway(&points, &branch, &undecided, &criteria.levels);
     let undecided = undecided.iter().filter(|undecided| **undecided).count();
     let stuck = points.iter().filter(|p| !p.moving).count();

@@ -6,7 +6,7 @@ use super::sorted::{LevelRow, SortedLevels};
 use super::{Levels, Options};
 use crate::inference::least_squares::{LeastSquares, Normal, minimise};
 use crate::model::displacement::DisplacementUnit;
-use crate::motion::steady::fundamental::{Point, fundamental};
+use crate::motion::steady::fundamental::{Point, Regime, fundamental};
 use std::f64::consts::FRAC_PI_4;
 
 /// The Q that shapes the exact motion.
@@ -80,6 +80,10 @@ pub(super) fn exact_row([intercept, slope]: [f64; 2], q: f64, drive: f64) -> Opt
     if !(amplitude > 0.0 && amplitude.is_finite()) {
         return Some(LevelRow { offset: 0.0, by: [0.0; 2], by_log_q: 0.0 });
     }
+    // Such a motion is smaller than x_F and has no closed form, so that its derivatives are not known.
+    if found.regime == Regime::ManyTurns {
+        return Some(LevelRow { offset: -intercept / q * amplitude, by: [0.0; 2], by_log_q: 0.0 });
+    }
     let direction = found.value.conj() / amplitude;
     let by_drive = (direction * found.by_x_0).re;
     let by_log_q = -at.delta * (direction * found.by_delta).re;
@@ -152,7 +156,7 @@ fn exact_branch(
             None => MovingBranch::of(&near, criteria)?,
         };
         let found = [branch.fit.parameters[0], branch.fit.parameters[1]];
-        let same = last.as_ref().is_some_and(|last| last.line.moving == branch.line.moving);
+        let same = last.as_ref().unwrap_or(straight).line.moving == branch.line.moving;
         let settled = (0..2)
             .all(|k| (found[k] - line[k]).abs() <= c.exact_settled * branch.fit.covariance[(k, k)].sqrt());
         line = if same { found } else { fitted(&branch, sorted, q, found)? };
@@ -173,7 +177,11 @@ fn fitted(
     q: QualityFactor,
     start: [f64; 2],
 ) -> Option<[f64; 2]> {
-    let weight = |i: usize| if branch.line.moving[i] { 1.0 / branch.fit.variance[i] } else { 0.0 };
+    // Relative to the largest variance, which is zero for levels without noise.
+    let moving = || (0..sorted.len()).filter(|&i| branch.line.moving[i]);
+    let largest = moving().map(|i| branch.fit.variance[i]).fold(0.0, f64::max);
+    let of_noise = |i: usize| if largest > 0.0 { largest / branch.fit.variance[i] } else { 1.0 };
+    let weight = |i: usize| if branch.line.moving[i] { of_noise(i) } else { 0.0 };
     let levels: Vec<[f64; 2]> = (0..sorted.len()).map(|i| [branch.motion[i], weight(i)]).collect();
     let problem = Problem { q, drive: &sorted.drive, levels: &levels };
     let found = minimise(&problem, &start, &[0, 1])?;
@@ -209,6 +217,10 @@ mod tests {
                     at([line[0], (1.0 + h) * q], q) - at([line[0], (1.0 - h) * q], q),
                     at(line, (1.0 + h) * q) - at(line, (1.0 - h) * q),
                 ];
+                if row.by == [0.0; 2] {
+                    assert!(exact < 1.0, "{q} {drive}: {exact}");
+                    continue;
+                }
                 for (slope, found) in slopes.into_iter().zip([row.by[0] * q, row.by[1] * q, row.by_log_q]) {
                     let slope = slope / (2.0 * h);
                     assert!((slope - found).abs() < 1e-4 * (q + exact), "{q} {drive}: {slope} {found}");

@@ -207,20 +207,17 @@ impl Line {
 }
 
 /// Levels that were seen neither stuck nor moving: those that may stick or move according to the line and whose own
-/// reading does not exceed the noise.
-pub(super) fn undecided(
-    points: &[LevelPoint],
-    amplitudes: &[f64],
-    line: &Line,
-    c: &LevelCriteria,
-) -> Vec<bool> {
-    let stands_out = |p: &LevelPoint, amplitude: f64| amplitude > c.expected_errors * p.std_error;
-    points
-        .iter()
-        .zip(amplitudes)
-        .zip(&line.moving)
-        .map(|((p, amplitude), in_line)| p.moving && !in_line && !stands_out(p, *amplitude))
-        .collect()
+/// reading does not exceed the noise, and those below the threshold of the line, at which the exact motion stops twice
+/// per cycle.
+pub(super) fn undecided(points: &[LevelPoint], branch: &MovingBranch, c: &LevelCriteria) -> Vec<bool> {
+    let threshold = -branch.fit.parameters[0] / branch.fit.parameters[1];
+    let is_exact = branch.drawn.exact_q.is_some();
+    let of = |(i, p): (usize, &LevelPoint)| {
+        let stands_out = branch.motion[i] > c.expected_errors * p.std_error;
+        let stops = is_exact && p.drive <= threshold;
+        p.moving && (stops || !branch.line.moving[i] && !stands_out)
+    };
+    points.iter().enumerate().map(of).collect()
 }
 
 /// Breakaway according to the branches.
