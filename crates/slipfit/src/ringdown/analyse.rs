@@ -4,7 +4,7 @@ use super::active_part::active_part;
 use super::amplitude_fit::fit_amplitudes;
 use super::assemble;
 use super::band::beyond_filter;
-use super::baseline::{better, without_baseline};
+use super::baseline::{better, moving_level, without_baseline};
 use super::clipping::{ClippedCrests, clipped_crests};
 use super::coloured_noise::with_coloured_noise;
 use super::criteria::{ActivePartCriteria, Criteria};
@@ -276,8 +276,13 @@ fn with_baseline_subtracted<'a>(
     criteria: &Criteria,
 ) -> Result<(Samples<'a>, Answer, Option<Baseline>), Error> {
     let answer = analyse_part(whole.clone(), record, options, criteria);
+    // The samples of a long record are never fitted one by one.
+    let long = whole.len() > criteria.waveform.most_samples;
     let doubtful = match &answer {
-        Ok(answer) => answer.diagnostics.method != "waveform",
+        Ok(answer) => {
+            let by_amplitudes = answer.diagnostics.method != "waveform";
+            by_amplitudes && (!long || moving_level(answer, &criteria.baseline).is_some())
+        }
         Err(refusal) => may_be_too_short(refusal),
     };
     let of_samples = record.kind().oscillates() && options.band_hz.is_none() && options.lockin.is_none();

@@ -7,13 +7,15 @@ use super::sampled_signal::SampledSignal;
 use super::samples::Samples;
 use crate::Parameter;
 use crate::inference::least_squares::{Normal, linear, linear_of};
-use crate::numeric::robust::neighbour_noise;
+use crate::numeric::robust::{median, neighbour_noise};
 use crate::signal::spectrum::dominant;
 use std::f64::consts::TAU;
 use std::ops::Range;
 
 /// Maximum number of levels of a record.
 const LEVELS: f64 = 400.0;
+/// Number of parts of a decay whose median levels are compared.
+const PARTS: usize = 8;
 /// Minimum number of samples per level.
 const LEAST_SAMPLES: usize = 8;
 /// Columns of level, slope, the oscillation and its slope; then the same with the second harmonic.
@@ -48,16 +50,15 @@ pub(crate) fn without_baseline<'a>(
 ) -> Option<(Samples<'a>, Baseline)> {
     let Criteria { spectrum: lines, baseline: criteria, .. } = criteria;
     let (time, signal) = (&samples.time[..], &samples.signal[..]);
-    if time.len() > criteria.most_samples {
-        return None;
-    }
+    let most_thinned = (time.len() / criteria.most_samples).max(1);
     // Before the decay a drive or a hand shifts the level.
     let from_s = answer.map_or(time[0], |answer| answer.segment.start_s);
     let at = Position::between(from_s, time[time.len() - 1]);
     let frequency_hz = match answer {
         Some(answer) => answer.parameter(Parameter::Frequency)?.value,
         None => {
-            let all: Vec<(f64, f64)> = time.iter().copied().zip(signal.iter().copied()).collect();
+            let all: Vec<(f64, f64)> =
+                time.iter().copied().zip(signal.iter().copied()).step_by(most_thinned).collect();
             let (curve, _) = polynomial(&all, &at, criteria.most_degree)?;
             let rough = Baseline { at, curve, range: 0.0, goes_with_motion: false };
             dominant(time, &subtract(time, signal, &rough), None, lines)?.frequency_hz
@@ -67,7 +68,14 @@ pub(crate) fn without_baseline<'a>(
         return None;
     }
     let from = time.partition_point(|t| *t < from_s).min(time.len() - 1);
-    let stretches = levels(&time[from..], &signal[from..], frequency_hz);
+    let per_cycle = time.len() as f64 / (samples.duration() * frequency_hz);
+    let stride = most_thinned.min((per_cycle / criteria.samples_per_cycle) as usize).max(1);
+    let thinned = |values: &[f64]| values[from..].iter().step_by(stride).copied().collect::<Vec<f64>>();
+    let stretches = if stride == 1 {
+        levels(&time[from..], &signal[from..], frequency_hz)
+    } else {
+        levels(&thinned(time), &thinned(signal), frequency_hz)
+    };
     let levels: Vec<(f64, f64)> = stretches.iter().map(|l| (l.time_s, l.value)).collect();
     let most = criteria.most_degree.min(levels.len() / criteria.levels_per_degree);
     let values: Vec<f64> = levels.iter().map(|l| l.1).collect();
@@ -122,6 +130,18 @@ pub(crate) fn better(
         criteria.gain
     };
     noise(found) < gained * noise(before)
+}
+
+/// Range of the level about which the cycles of an answer oscillate, relative to the first amplitude, if it
+/// exceeds both its noise and the least one that matters.
+pub(crate) fn moving_level(answer: &Answer, criteria: &BaselineCriteria) -> Option<f64> {
+    let levels: Vec<f64> = answer.fit.knots.iter().map(|knot| knot.offset).collect();
+    let noise = neighbour_noise(levels.windows(3))?;
+    let together = levels.len().div_ceil(PARTS);
+    let moved = range(levels.chunks(together).filter_map(|part| median(&mut part.to_vec())));
+    let relative = moved / answer.parameter(Parameter::InitialAmplitude)?.value;
+    let errors = moved / (noise / (together as f64).sqrt()).max(f64::MIN_POSITIVE);
+    (relative > criteria.moving && errors > criteria.moving_errors).then_some(relative)
 }
 
 /// Coefficients of a polynomial fitted to values at given times, and the residual sum of squares.

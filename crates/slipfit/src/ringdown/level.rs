@@ -14,8 +14,8 @@ pub(crate) struct Baseline {
 
 impl Baseline {
     pub(crate) fn value(&self, time_s: f64) -> f64 {
-        let basis = self.at.basis(time_s, self.curve.len() - 1);
-        basis.iter().zip(&self.curve).skip(1).map(|(basis, coefficient)| basis * coefficient).sum()
+        let basis = self.at.polynomials(time_s);
+        basis.zip(&self.curve).skip(1).map(|(basis, coefficient)| basis * coefficient).sum()
     }
 }
 
@@ -31,15 +31,20 @@ impl Position {
         Self { middle_s: 0.5 * (first + last), half_s: (0.5 * (last - first)).max(f64::MIN_POSITIVE) }
     }
 
+    /// Legendre polynomials of degrees 0, 1, 2, …
+    pub(super) fn polynomials(&self, time_s: f64) -> impl Iterator<Item = f64> {
+        let u = ((time_s - self.middle_s) / self.half_s).max(-1.0);
+        let (mut degree, mut value, mut next) = (0.0, 1.0, u);
+        std::iter::repeat_with(move || {
+            let found = value;
+            degree += 1.0;
+            (value, next) = (next, ((2.0 * degree + 1.0) * u * next - degree * value) / (degree + 1.0));
+            found
+        })
+    }
+
     /// Legendre polynomials up to a degree.
     pub(super) fn basis(&self, time_s: f64, degree: usize) -> Vec<f64> {
-        let u = ((time_s - self.middle_s) / self.half_s).max(-1.0);
-        let mut values = vec![1.0, u];
-        for k in 1..degree {
-            let n = k as f64;
-            values.push(((2.0 * n + 1.0) * u * values[k] - n * values[k - 1]) / (n + 1.0));
-        }
-        values.truncate(degree + 1);
-        values
+        self.polynomials(time_s).take(degree + 1).collect()
     }
 }

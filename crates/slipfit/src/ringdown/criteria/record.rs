@@ -188,8 +188,17 @@ criteria! {
             moves "bias with bent readings";
         /// Standard errors by which that harmonic must be significant.
         second_harmonic_errors: f64 = 5.0, source "a record in 2e6 by chance", moves "bias with bent readings";
-        /// Maximum number of samples.
+        /// Number of samples that determine the levels of a longer record: of more, every second, third, … is
+        /// left out.
         most_samples: usize = 300_000, source "the fit of the waveform takes no more", moves "time of analysis";
+        /// Minimum number of samples per cycle that are kept.
+        samples_per_cycle: f64 = 16.0, source "three parameters of each of two harmonics and a level, twice",
+            moves "time of analysis";
+        /// Range of the levels of the cycles, relative to the first amplitude, above which they count as
+        /// moving.
+        moving: f64 = 2e-3, source "chosen by simulation", moves "coverage with drift, time of analysis";
+        /// Standard errors that this range must exceed in addition.
+        moving_errors: f64 = 6.0, source "eight levels in 1e7 by chance", moves "coverage with drift, time of analysis";
     }
 }
 
