@@ -310,7 +310,10 @@ def _several(table: Any) -> bool:
     """Whether these are tables one after the other, and not one table."""
     if hasattr(table, "__arrow_c_stream__"):
         return False
-    return isinstance(table, Iterator) or isinstance(table, (list, tuple)) and any(map(_is_table, table))
+    if isinstance(table, (list, tuple)):
+        # The first decides: a list may hold a million traces.
+        return _is_table(next((one for one in table if one is not None), None))
+    return isinstance(table, Iterator)
 
 
 def _is_table(one: Any) -> bool:
