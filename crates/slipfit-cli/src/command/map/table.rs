@@ -47,7 +47,7 @@ impl Table {
 }
 
 /// Rows from top to bottom, and in each row the pixels from left to right.
-fn pixels<'a>(map: &'a Map) -> impl Iterator<Item = (usize, usize, &'a arrow_array::RecordBatch, usize)> {
+fn pixels(map: &Map) -> impl Iterator<Item = (usize, usize, &arrow_array::RecordBatch, usize)> {
     let columns = map.pixels[1];
     let rows = map.parts.iter().flat_map(|part| (0..part.num_rows()).map(move |row| (part, row)));
     rows.enumerate().map(move |(i, (part, row))| (i / columns, i % columns, part, row))
