@@ -85,7 +85,7 @@ pub fn analyse_with(levels: &Levels, options: &Options, criteria: &Criteria) -> 
     }
     let calibrated = found.calibrated(levels, options);
     let found = found.with_error_of_q(options);
-    let points = points(&sorted, &branch);
+    let points = points(&sorted, &branch, &criteria.levels);
     let undecided = undecided(&points, &branch, &criteria.levels);
     let breakaway = breakaway(&points, &branch, &undecided, &criteria.levels);
     let undecided = undecided.iter().filter(|undecided| **undecided).count();
@@ -152,14 +152,21 @@ fn parameters(
     parameters
 }
 
-fn points(sorted: &SortedLevels, branch: &MovingBranch) -> Vec<LevelPoint> {
-    let point = |i: usize| LevelPoint {
-        index: sorted.order[i],
-        drive: sorted.drive[i],
-        amplitude: sorted.amplitude[i],
-        std_error: branch.fit.variance[i].sqrt(),
-        fitted: branch.drawn.amplitude(sorted.drive[i]),
-        moving: !branch.line.sticks[i],
+fn points(sorted: &SortedLevels, branch: &MovingBranch, c: &LevelCriteria) -> Vec<LevelPoint> {
+    let point = |i: usize| {
+        let std_error = branch.fit.variance[i].sqrt();
+        // In the exact motion friction holds the mass, and its reading does not contradict that.
+        let held = branch.drawn.exact_q.is_some()
+            && branch.expected[i] == 0.0
+            && branch.motion[i] <= c.expected_errors * std_error;
+        LevelPoint {
+            index: sorted.order[i],
+            drive: sorted.drive[i],
+            amplitude: sorted.amplitude[i],
+            std_error,
+            fitted: branch.drawn.amplitude(sorted.drive[i]),
+            moving: !branch.line.sticks[i] && !held,
+        }
     };
     (0..sorted.order.len()).map(point).collect()
 }
