@@ -386,9 +386,10 @@ fn an_amplitude_is_not_read_from_the_column_of_the_drive() {
     let other = read(nameless, None).unwrap();
     close(other.levels.drive(), &[1.0, 2.0, 3.0]);
     close(other.levels.amplitude(), &[5.0, 10.0, 15.0]);
-    for (text, drive) in [(nameless, Some("1")), ("drive (V),R (V)\n1,5\n2,10\n3,15\n", None)] {
-        let refused = read(text, drive).unwrap_err();
-        assert!(refused.to_string().contains("the same column as the drive"), "{refused}");
+    let named = "drive (V),R (V)\n1,5\n2,10\n3,15\n";
+    for (text, drive, column) in [(nameless, Some("1"), "column 1"), (named, None, "column 1 `drive (V)`")] {
+        let refused = read(text, drive).unwrap_err().to_string();
+        assert!(refused.contains(&format!("amplitude = 1: {column} is also the drive")), "{refused}");
     }
 }
 

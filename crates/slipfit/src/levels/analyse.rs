@@ -2,9 +2,11 @@
 
 use super::answer::{Answer, Breakaway, Diagnostics, LevelPoint};
 use super::branch::MovingBranch;
+use super::breakaway::{breakaway, undecided};
 use super::criteria::{Criteria, LevelCriteria};
-use super::exact_motion::{LEAST_Q, QualityFactor, with_exact_motion};
-use super::line::{breakaway, undecided};
+use super::exact_motion::{QualityFactor, with_exact_motion};
+use super::level_row::LEAST_Q;
+
 use super::plateau::OffsetKind;
 use super::quantities::{Calibrated, LineQuantities, inverse};
 use super::sorted::SortedLevels;
@@ -24,11 +26,11 @@ use std::f64::consts::TAU;
 ///
 /// which the exact motion follows to `2 (x_F/R_0)²` at high Q. If Q is known, the exact amplitude at the undamped
 /// resonance, including motion with stops, is fitted instead of the line, so that Q and friction are also valid at low
-/// Q and next to the threshold. The levels are split into a stuck and a moving branch if that describes them best; the moving branch gives slope
-/// and threshold, the split gives the breakaway. Without errors of the levels, constant noise and noise that grows with
-/// the amplitude are both taken into account by their restricted likelihood; given errors are accepted unless the
-/// levels scatter more. The reading of the detector where the mass sticks, its zero or its noise, is subtracted from
-/// every level. Loss proportional to the square of the amplitude bends the line,
+/// Q and next to the threshold. The levels are split into a stuck and a moving branch if that describes them best; the
+/// moving branch gives slope and threshold, the split gives the breakaway. Without errors of the levels, constant noise
+/// and noise that grows with the amplitude are both taken into account by their restricted likelihood; given errors are
+/// accepted unless the levels scatter more. The reading of the detector where the mass sticks, its zero or its noise,
+/// is subtracted from every level. Loss proportional to the square of the amplitude bends the line,
 /// `y + c y² = slope (drive - threshold)`, a compressive detector nearly as `y + c y³`. If the levels show a bend,
 /// slope and threshold are averages over both curves, weighted by their probabilities; otherwise they are averages over
 /// the line and the first curve, with intervals that contain those of both.

@@ -1,7 +1,7 @@
 //! The answer to a series of drive levels.
 
 use super::curve::Growth;
-use super::exact_motion::exact_row;
+use super::level_row::exact_row;
 use crate::Quantity;
 use crate::answer::columns::columns;
 use crate::answer::{Parameter, Parameters, Warning};
@@ -89,8 +89,8 @@ pub struct FittedLevels {
 
 impl FittedLevels {
     /// Fitted amplitude `y` at a drive level, as read by the detector: `slope (drive - threshold)`, or with a bend `c`
-    /// the solution of `y + c y² = slope (drive - threshold)` or of `y + c y³`; zero motion below the threshold. If Q is
-    /// known, the amplitude of the exact motion replaces that of the line.
+    /// the solution of `y + c y² = slope (drive - threshold)` or of `y + c y³`; zero motion below the threshold. If Q
+    /// is known, the amplitude of the exact motion replaces that of the line.
     pub fn amplitude(&self, drive: f64) -> f64 {
         let line = [-self.slope * self.threshold, self.slope];
         let exact = self.exact_q.and_then(|q| exact_row(line, q, drive));

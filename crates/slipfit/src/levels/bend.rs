@@ -2,8 +2,9 @@
 
 use super::criteria::LevelCriteria;
 use super::curve::Growth;
+use super::level_row::LevelRow;
 use super::noise::{AveragedFit, LinearLevels};
-use super::sorted::{LevelRow, SortedLevels};
+use super::sorted::SortedLevels;
 use crate::inference::Z_95;
 use crate::inference::coefficient::{AbsentCoefficient, WeightedEstimate};
 use crate::inference::criteria::InferenceCriteria;

@@ -2,12 +2,11 @@
 
 use super::branch::MovingBranch;
 use super::criteria::Criteria;
-use super::sorted::{LevelRow, SortedLevels};
+use super::level_row::{LevelRow, exact_row};
+use super::sorted::SortedLevels;
 use super::{Levels, Options};
 use crate::inference::least_squares::{LeastSquares, Normal, minimise};
 use crate::model::displacement::DisplacementUnit;
-use crate::motion::steady::fundamental::{Point, Regime, fundamental};
-use std::f64::consts::FRAC_PI_4;
 
 /// The Q that shapes the exact motion.
 #[derive(Debug, Clone, Copy)]
@@ -16,11 +15,6 @@ pub(super) enum QualityFactor {
     /// The slope over this gain of the drive.
     OfSlope(f64),
 }
-
-/// Quality factor of critical damping.
-pub(super) const LEAST_Q: f64 = 0.5;
-/// Drive over threshold above which the motion equals the line to the last digit.
-const STRAIGHT: f64 = 1e8;
 
 impl QualityFactor {
     /// `None` if neither a Q nor the gain of the drive is known.
@@ -51,48 +45,6 @@ impl QualityFactor {
     fn rows(self, line: [f64; 2], drive: &[f64]) -> Option<Vec<LevelRow>> {
         drive.iter().map(|x| self.row(line, *x)).collect()
     }
-}
-
-/// Amplitude of the exact motion at the undamped resonance (J. P. Den Hartog, Trans. ASME 53, 107 (1931), and motion
-/// with stops) at a drive, to first order about a line `[intercept, slope]` for this Q; `None` if no oscillator has
-/// this Q.
-///
-/// Drives are in units of the threshold `t = 4 x_F/pi` and amplitudes in those of `slope t/Q`:
-///
-/// ```text
-/// amplitude = (slope t/Q) A(drive/t, Q)     A(u, Q) = Q (u - 1) on the line, zero for u < pi/4
-/// ```
-pub(super) fn exact_row([intercept, slope]: [f64; 2], q: f64, drive: f64) -> Option<LevelRow> {
-    if !(q > LEAST_Q && slope > 0.0) {
-        return None;
-    }
-    let u = -drive * slope / intercept;
-    if !(intercept < 0.0 && u < STRAIGHT) {
-        return Some(LevelRow::straight(drive));
-    }
-    let at = Point { omega: 1.0, omega_0: 1.0, detuning: 0.0, delta: 0.5 / q, x_0: u, x_f: FRAC_PI_4 };
-    // Friction keeps the mass at rest.
-    if u <= at.x_f {
-        return Some(LevelRow { offset: 0.0, by: [0.0; 2], by_log_q: 0.0 });
-    }
-    let found = fundamental(&at)?;
-    let amplitude = found.value.norm();
-    if !(amplitude > 0.0 && amplitude.is_finite()) {
-        return Some(LevelRow { offset: 0.0, by: [0.0; 2], by_log_q: 0.0 });
-    }
-    // Such a motion is smaller than x_F and has no closed form, so that its derivatives are not known.
-    if found.regime == Regime::ManyTurns {
-        return Some(LevelRow { offset: -intercept / q * amplitude, by: [0.0; 2], by_log_q: 0.0 });
-    }
-    let direction = found.value.conj() / amplitude;
-    let by_drive = (direction * found.by_x_0).re;
-    let by_log_q = -at.delta * (direction * found.by_delta).re;
-    // The lost amplitude is the unit of A/Q.
-    let by = [(u * by_drive - amplitude) / q, drive * by_drive / q];
-    let unit = -intercept / q;
-    let offset = unit * amplitude - by[0] * intercept - by[1] * slope;
-    let row = LevelRow { offset, by, by_log_q: unit * (by_log_q - amplitude) };
-    [row.offset, row.by[0], row.by[1], row.by_log_q].iter().all(|v| v.is_finite()).then_some(row)
 }
 
 /// The moving levels on the exact motion.
@@ -195,38 +147,12 @@ mod tests {
     use crate::motion::steady::scan;
     use crate::noise::jitter;
     use crate::{Oscillator, Parameter};
+    use std::f64::consts::FRAC_PI_4;
 
     /// An oscillator of this Q with a threshold of one.
     fn oscillator(q: f64) -> Oscillator {
         let builder = Oscillator::builder().frequency_hz(2.0).q_factor(q);
         builder.friction_displacement(FRAC_PI_4).build().unwrap()
-    }
-
-    #[test]
-    fn a_row_is_the_exact_motion_with_its_derivatives() {
-        for q in [0.6, 1.0, 3.0, 30.0, 1e4] {
-            for drive in [0.3, 0.79, 0.9, 1.0, 1.1, 1.5, 20.0] {
-                let line = [-q, q];
-                let exact = scan::reading(&oscillator(q), drive, 2.0).unwrap().amplitude();
-                let row = exact_row(line, q, drive).unwrap();
-                assert!((row.amplitude(line) - exact).abs() < 1e-7 * (1.0 + exact), "{q} {drive}: {row:?}");
-                let at = |line: [f64; 2], q: f64| exact_row(line, q, drive).unwrap().amplitude(line);
-                let h = 1e-5;
-                let slopes = [
-                    at([line[0] + h * q, q], q) - at([line[0] - h * q, q], q),
-                    at([line[0], (1.0 + h) * q], q) - at([line[0], (1.0 - h) * q], q),
-                    at(line, (1.0 + h) * q) - at(line, (1.0 - h) * q),
-                ];
-                if row.by == [0.0; 2] {
-                    assert!(exact < 1.0, "{q} {drive}: {exact}");
-                    continue;
-                }
-                for (slope, found) in slopes.into_iter().zip([row.by[0] * q, row.by[1] * q, row.by_log_q]) {
-                    let slope = slope / (2.0 * h);
-                    assert!((slope - found).abs() < 1e-4 * (q + exact), "{q} {drive}: {slope} {found}");
-                }
-            }
-        }
     }
 
     /// Evenly spaced levels up to one, read with noise in both quadratures relative to the highest amplitude.

@@ -1,7 +1,7 @@
 //! Fit of the moving levels with noise that may grow with the amplitude.
 
 use super::criteria::LevelCriteria;
-use super::sorted::LevelRow;
+use super::level_row::LevelRow;
 use crate::inference::evidence::chi_square_tail;
 use crate::inference::least_squares::linear;
 use crate::inference::model_average::ModelWeights;

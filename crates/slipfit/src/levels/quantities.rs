@@ -3,7 +3,7 @@
 use super::bend::{CurvedFit, LineFunction};
 use super::branch::MovingBranch;
 use super::criteria::Criteria;
-use super::exact_motion::LEAST_Q;
+use super::level_row::LEAST_Q;
 use super::noise::AveragedFit;
 use super::{Levels, Options};
 use crate::Quantity;

@@ -1,6 +1,7 @@
 //! Levels in order of increasing drive.
 
 use super::Levels;
+use super::level_row::LevelRow;
 use crate::numeric::order::ascending;
 
 /// Drive levels with their amplitudes, in order of increasing drive.
@@ -14,30 +15,6 @@ pub(super) struct SortedLevels {
     pub(super) weights: Option<Vec<f64>>,
     /// Amplitude of the motion at each level as a function of the line.
     pub(super) rows: Vec<LevelRow>,
-}
-
-/// Amplitude of the motion at one level as a function of intercept and slope of the line: that of the line itself, or
-/// the exact one to first order about a line near it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct LevelRow {
-    /// Amplitude for a vanishing line.
-    pub(super) offset: f64,
-    /// Derivatives with respect to intercept and slope.
-    pub(super) by: [f64; 2],
-    /// Derivative with respect to the logarithm of Q for a given line.
-    pub(super) by_log_q: f64,
-}
-
-impl LevelRow {
-    /// A level on the line.
-    pub(super) fn straight(drive: f64) -> Self {
-        Self { offset: 0.0, by: [1.0, drive], by_log_q: 0.0 }
-    }
-
-    /// Amplitude for a line `[intercept, slope]`.
-    pub(super) fn amplitude(&self, [intercept, slope]: [f64; 2]) -> f64 {
-        self.offset + self.by[0] * intercept + self.by[1] * slope
-    }
 }
 
 impl SortedLevels {
