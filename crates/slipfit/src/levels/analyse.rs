@@ -6,7 +6,6 @@ use super::breakaway::{breakaway, undecided};
 use super::criteria::{Criteria, LevelCriteria};
 use super::exact_motion::{QualityFactor, with_exact_motion};
 use super::level_row::LEAST_Q;
-
 use super::plateau::OffsetKind;
 use super::quantities::{Calibrated, LineQuantities, inverse};
 use super::sorted::SortedLevels;
