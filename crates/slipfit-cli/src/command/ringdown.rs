@@ -42,8 +42,10 @@ pub(crate) fn run(args: &RingdownArgs, color: ColorChoice) -> Result<ExitCode, F
     // The report contains the name used for standard input.
     let file = Path::new(&reading.report.path);
     let analysed = AnalysedRingdown { file, reading: &reading, options: &options, answer: &answer };
-    let unit = args.calibration.unit_note(reading.record.unit());
-    show(&args.out, &to, &analysed, unit.or_else(|| band_note(&reading, args)), color)
+    let notes = [args.calibration.unit_note(reading.record.unit()), band_note(&reading, args)];
+    let notes: Vec<String> = notes.into_iter().flatten().collect();
+    let note = (!notes.is_empty()).then(|| notes.join("; "));
+    show(&args.out, &to, &analysed, note, color)
 }
 
 /// A file after reading and analysis.

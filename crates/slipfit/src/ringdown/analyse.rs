@@ -4,7 +4,7 @@ use super::active_part::active_part;
 use super::amplitude_fit::fit_amplitudes;
 use super::assemble;
 use super::band::beyond_filter;
-use super::baseline::{better, moving_level, without_baseline};
+use super::baseline::{better, level_moves, without_baseline};
 use super::clipping::{ClippedCrests, clipped_crests};
 use super::coloured_noise::with_coloured_noise;
 use super::criteria::{ActivePartCriteria, Criteria};
@@ -281,7 +281,7 @@ fn with_baseline_subtracted<'a>(
     let doubtful = match &answer {
         Ok(answer) => {
             let by_amplitudes = answer.diagnostics.method != "waveform";
-            by_amplitudes && (!long || moving_level(answer, &criteria.baseline).is_some())
+            by_amplitudes && (!long || level_moves(answer, &criteria.baseline))
         }
         Err(refusal) => may_be_too_short(refusal),
     };

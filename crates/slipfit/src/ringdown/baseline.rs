@@ -50,7 +50,7 @@ pub(crate) fn without_baseline<'a>(
 ) -> Option<(Samples<'a>, Baseline)> {
     let Criteria { spectrum: lines, baseline: criteria, .. } = criteria;
     let (time, signal) = (&samples.time[..], &samples.signal[..]);
-    let most_thinned = (time.len() / criteria.most_samples).max(1);
+    let most_stride = (time.len() / criteria.most_samples).max(1);
     // Before the decay a drive or a hand shifts the level.
     let from_s = answer.map_or(time[0], |answer| answer.segment.start_s);
     let at = Position::between(from_s, time[time.len() - 1]);
@@ -58,7 +58,7 @@ pub(crate) fn without_baseline<'a>(
         Some(answer) => answer.parameter(Parameter::Frequency)?.value,
         None => {
             let all: Vec<(f64, f64)> =
-                time.iter().copied().zip(signal.iter().copied()).step_by(most_thinned).collect();
+                time.iter().copied().zip(signal.iter().copied()).step_by(most_stride).collect();
             let (curve, _) = polynomial(&all, &at, criteria.most_degree)?;
             let rough = Baseline { at, curve, range: 0.0, goes_with_motion: false };
             dominant(time, &subtract(time, signal, &rough), None, lines)?.frequency_hz
@@ -69,7 +69,7 @@ pub(crate) fn without_baseline<'a>(
     }
     let from = time.partition_point(|t| *t < from_s).min(time.len() - 1);
     let per_cycle = time.len() as f64 / (samples.duration() * frequency_hz);
-    let stride = most_thinned.min((per_cycle / criteria.samples_per_cycle) as usize).max(1);
+    let stride = most_stride.min((per_cycle / criteria.samples_per_cycle) as usize).max(1);
     let thinned = |values: &[f64]| values[from..].iter().step_by(stride).copied().collect::<Vec<f64>>();
     let stretches = if stride == 1 {
         levels(&time[from..], &signal[from..], frequency_hz)
@@ -132,16 +132,16 @@ pub(crate) fn better(
     noise(found) < gained * noise(before)
 }
 
-/// Range of the level about which the cycles of an answer oscillate, relative to the first amplitude, if it
-/// exceeds both its noise and the least one that matters.
-pub(crate) fn moving_level(answer: &Answer, criteria: &BaselineCriteria) -> Option<f64> {
+/// Whether the range of the level about which the cycles of an answer oscillate exceeds both its noise and the
+/// fraction of the first amplitude that matters.
+pub(crate) fn level_moves(answer: &Answer, criteria: &BaselineCriteria) -> bool {
     let levels: Vec<f64> = answer.fit.knots.iter().map(|knot| knot.offset).collect();
-    let noise = neighbour_noise(levels.windows(3))?;
+    let first = answer.parameter(Parameter::InitialAmplitude);
+    let Some((noise, first)) = neighbour_noise(levels.windows(3)).zip(first) else { return false };
     let together = levels.len().div_ceil(PARTS);
     let moved = range(levels.chunks(together).filter_map(|part| median(&mut part.to_vec())));
-    let relative = moved / answer.parameter(Parameter::InitialAmplitude)?.value;
     let errors = moved / (noise / (together as f64).sqrt()).max(f64::MIN_POSITIVE);
-    (relative > criteria.moving && errors > criteria.moving_errors).then_some(relative)
+    moved > criteria.moving * first.value && errors > criteria.moving_errors
 }
 
 /// Coefficients of a polynomial fitted to values at given times, and the residual sum of squares.

@@ -192,13 +192,13 @@ criteria! {
         /// left out.
         most_samples: usize = 300_000, source "the fit of the waveform takes no more", moves "time of analysis";
         /// Minimum number of samples per cycle that are kept.
-        samples_per_cycle: f64 = 16.0, source "three parameters of each of two harmonics and a level, twice",
+        samples_per_cycle: f64 = 16.0, source "twice the eight parameters fitted to a cycle",
             moves "time of analysis";
         /// Range of the levels of the cycles, relative to the first amplitude, above which they count as
         /// moving.
         moving: f64 = 2e-3, source "chosen by simulation", moves "coverage with drift, time of analysis";
         /// Standard errors that this range must exceed in addition.
-        moving_errors: f64 = 6.0, source "eight levels in 1e7 by chance", moves "coverage with drift, time of analysis";
+        moving_errors: f64 = 6.0, source "chosen by simulation", moves "coverage with drift, time of analysis";
     }
 }
 
